@@ -1,0 +1,3 @@
+//! The `haloray` command.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Haloes along the line of sight: relations, catalogue, draws, the shear cut.

@@ -1,0 +1,1 @@
+//! From a mapping to an exposure: grid, source light, PSF, noise.

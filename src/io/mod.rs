@@ -1,0 +1,1 @@
+//! Files in and out: tables, images, runs; nothing half-written under its final name.

@@ -1,0 +1,15 @@
+//! haloray simulates what every dark-matter halo along a line of sight does to a strong-lensing image.
+
+pub mod constants;
+pub mod cosmology;
+pub mod diagnostics;
+pub mod error;
+pub mod halo;
+pub mod imaging;
+pub mod io;
+pub mod mapping;
+pub mod numerics;
+pub mod plot;
+pub mod profile;
+
+pub use error::{Error, Result};

@@ -1,0 +1,1 @@
+//! The one trait θ ↦ β with first and second derivatives, and its implementations.

@@ -1,0 +1,1 @@
+//! Quadrature, splines, roots, SIMD elementary functions, random streams.

@@ -1,0 +1,1 @@
+//! Figures from saved results: one SVG description, rendered to SVG and PNG.

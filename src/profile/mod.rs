@@ -1,0 +1,1 @@
+//! Mass and light profiles: angles in, angles out; no cosmology.
