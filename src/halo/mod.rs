@@ -1,1 +1,13 @@
 //! Haloes along the line of sight: relations, catalogue, draws, the shear cut.
+
+mod catalogue;
+mod draw;
+mod mass_table;
+mod nfw_parameters;
+mod population;
+
+pub use catalogue::{HaloCatalogue, HaloMasses, RowFault};
+pub use draw::{DrawnHaloes, draw_brute_force, draw_direct};
+pub use mass_table::MassTable;
+pub use nfw_parameters::NfwScaling;
+pub use population::{Epoch, Population, PopulationLimits, SLABS};

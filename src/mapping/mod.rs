@@ -1,1 +1,50 @@
 //! The one trait θ ↦ β with first and second derivatives, and its implementations.
+//!
+//! Maps, images and fits see only [`Mapping`]: they cannot tell a tidal model from 34,000 planes.
+
+pub mod multiplane;
+
+/// How many derivatives of the mapping to compute.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Order {
+    /// β only.
+    Position,
+    /// β and the Jacobian A = ∂β/∂θ.
+    Jacobian,
+    /// β, A and the second derivatives b_ijk = ∂²β_i/∂θ_j∂θ_k (flexion).
+    SecondDerivatives,
+}
+
+/// Where a bundle of rays comes from, column by column; columns beyond the order asked for are empty.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RayBundle {
+    /// β in arcsec, one pair (x, y) a ray.
+    pub beta_arcsec: Vec<[f64; 2]>,
+    /// A = ∂β/∂θ as (a_xx, a_xy, a_yx, a_yy), a_ij = ∂β_i/∂θ_j.
+    pub jacobian: Vec<[f64; 4]>,
+    /// (b_xxx, b_xxy, b_xyy, b_yxx, b_yxy, b_yyy) per arcsec, b_ijk = ∂²β_i/∂θ_j∂θ_k.
+    pub second_per_arcsec: Vec<[f64; 6]>,
+}
+
+impl RayBundle {
+    /// Joins bundles in order.
+    pub fn concatenate(parts: Vec<Self>) -> Self {
+        parts.into_iter().fold(Self::default(), |mut all, part| {
+            all.beta_arcsec.extend(part.beta_arcsec);
+            all.jacobian.extend(part.jacobian);
+            all.second_per_arcsec.extend(part.second_per_arcsec);
+            all
+        })
+    }
+}
+
+/// A lens mapping from the observed direction θ to the source position β.
+pub trait Mapping: Sync {
+    /// Maps every ray θ (arcsec) to β and as many derivatives as `order` asks for.
+    fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle;
+
+    /// Arrival-time delay of every ray in days against the unlensed straight path to the same β.
+    ///
+    /// Differences between the images of one source are observable; the zero point is not.
+    fn delay_days(&self, theta_arcsec: &[[f64; 2]]) -> Vec<f64>;
+}

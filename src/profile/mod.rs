@@ -1,1 +1,4 @@
 //! Mass and light profiles: angles in, angles out; no cosmology.
+
+pub mod light;
+pub mod mass;

@@ -1,0 +1,210 @@
+//! A mass function on a grid, ready to be integrated and sampled.
+
+/// ln M grid of one mass function, log-linear between its points.
+///
+/// In each cell n(x) = n_i·e^{g(x−x_i)}, x = ln M; number and mass integrals and their inverses are then exact.
+/// With cells of 0.016 e-folds the integral is good to 1e-6 (`integral_converges`).
+#[derive(Debug, Clone)]
+pub struct MassTable {
+    start: f64,
+    step: f64,
+    density: Vec<f64>,
+    /// ∫n d ln M up to each grid point, per comoving Mpc³.
+    number: Cumulative,
+    /// ∫M n d ln M up to each grid point, Msun per comoving Mpc³.
+    mass: Cumulative,
+}
+
+/// A cumulative integral with a guide table, so that its inverse costs a constant time.
+#[derive(Debug, Clone)]
+struct Cumulative {
+    /// Added to the logarithmic slope: 0 for number, 1 for mass.
+    power: f64,
+    at: Vec<f64>,
+    guide: Vec<u32>,
+}
+
+impl MassTable {
+    /// Tabulates dn/d ln M (per comoving Mpc³) on `cells` equal steps of ln M.
+    pub fn new(
+        mass_min_msun: f64,
+        mass_max_msun: f64,
+        cells: usize,
+        dn_dlnm_per_cmpc3: impl Fn(f64) -> f64,
+    ) -> Self {
+        /// Densities below this are zero for any halo ever drawn, but keep the logarithms finite.
+        const DENSITY_FLOOR_PER_CMPC3: f64 = 1e-200;
+        let start = mass_min_msun.ln();
+        let step = (mass_max_msun.ln() - start) / cells as f64;
+        let density: Vec<f64> = (0..=cells)
+            .map(|i| dn_dlnm_per_cmpc3((start + step * i as f64).exp()).max(DENSITY_FLOOR_PER_CMPC3))
+            .collect();
+        let number = Cumulative::new(0.0, start, step, &density);
+        let mass = Cumulative::new(1.0, start, step, &density);
+        Self { start, step, density, number, mass }
+    }
+
+    /// Number of haloes per comoving Mpc³.
+    pub fn number_per_cmpc3(&self) -> f64 {
+        self.number.total()
+    }
+
+    /// Mass in haloes, Msun per comoving Mpc³.
+    pub fn mass_msun_per_cmpc3(&self) -> f64 {
+        self.mass.total()
+    }
+
+    /// ∫n·min(1, M/M*) d ln M per comoving Mpc³, M* = `mass_star_msun`.
+    pub fn limited_number_per_cmpc3(&self, mass_star_msun: f64) -> f64 {
+        let (light, heavy) = self.limited_parts(mass_star_msun);
+        light + heavy
+    }
+
+    /// The two parts of the integral: below M* (∝ M) and above it.
+    fn limited_parts(&self, mass_star_msun: f64) -> (f64, f64) {
+        let x = mass_star_msun.ln();
+        let light = self.mass.up_to(self, x) / mass_star_msun;
+        (light, self.number.total() - self.number.up_to(self, x))
+    }
+
+    /// A mass drawn from n, by the uniform deviate `u` in [0, 1).
+    #[inline]
+    pub fn sample_msun(&self, u: f64) -> f64 {
+        self.number.inverse(self, u * self.number.total()).exp()
+    }
+
+    /// A mass drawn from n·min(1, M/M*), by the uniform deviate `u` in [0, 1).
+    pub fn sample_limited_msun(&self, mass_star_msun: f64, u: f64) -> f64 {
+        let (light, heavy) = self.limited_parts(mass_star_msun);
+        let target = u * (light + heavy);
+        let x = if target < light {
+            self.mass.inverse(self, target * mass_star_msun)
+        } else {
+            self.number.inverse(self, self.number.total() - (light + heavy - target))
+        };
+        x.exp()
+    }
+
+    fn slope(&self, cell: usize) -> f64 {
+        (self.density[cell + 1] / self.density[cell]).ln() / self.step
+    }
+}
+
+/// ∫₀^d e^{g t} dt, also for g·d → 0.
+fn exponential_integral(g: f64, d: f64) -> f64 {
+    let y = g * d;
+    if y.abs() < 1e-8 { d * (1.0 + 0.5 * y) } else { y.exp_m1() / g }
+}
+
+impl Cumulative {
+    fn new(power: f64, start: f64, step: f64, density: &[f64]) -> Self {
+        let mut at = vec![0.0];
+        let mut sum = 0.0;
+        for (i, pair) in density.windows(2).enumerate() {
+            let g = (pair[1] / pair[0]).ln() / step + power;
+            let weight = (power * (start + step * i as f64)).exp();
+            sum += pair[0] * weight * exponential_integral(g, step);
+            at.push(sum);
+        }
+        let cells = at.len() - 1;
+        let guide = (0..cells)
+            .map(|j| {
+                let target = sum * j as f64 / cells as f64;
+                (at.partition_point(|v| *v <= target).clamp(1, cells) - 1) as u32
+            })
+            .collect();
+        Self { power, at, guide }
+    }
+
+    fn total(&self) -> f64 {
+        self.at[self.at.len() - 1]
+    }
+
+    /// Integral up to x = ln M.
+    fn up_to(&self, table: &MassTable, x: f64) -> f64 {
+        let cells = self.at.len() - 1;
+        let scaled = (x - table.start) / table.step;
+        if scaled <= 0.0 {
+            return 0.0;
+        }
+        if scaled >= cells as f64 {
+            return self.total();
+        }
+        let cell = scaled as usize;
+        let low = table.start + table.step * cell as f64;
+        let weight = (self.power * low).exp();
+        self.at[cell]
+            + table.density[cell]
+                * weight
+                * exponential_integral(table.slope(cell) + self.power, x - low)
+    }
+
+    /// The x = ln M up to which the integral is `target`.
+    #[inline]
+    fn inverse(&self, table: &MassTable, target: f64) -> f64 {
+        let cells = self.guide.len();
+        let j = ((target / self.total() * cells as f64) as usize).min(cells - 1);
+        let mut cell = self.guide[j] as usize;
+        while cell + 1 < cells && self.at[cell + 1] <= target {
+            cell += 1;
+        }
+        let low = table.start + table.step * cell as f64;
+        let share = (target - self.at[cell]) / (self.at[cell + 1] - self.at[cell]);
+        // Invert ∫e^{gt}: t = ln(1 + share·(e^{g·step} − 1))/g.
+        let growth = table.density[cell + 1] / table.density[cell] * (self.power * table.step).exp() - 1.0;
+        if growth.abs() < 1e-8 {
+            low + share * table.step
+        } else {
+            low + table.step * (share * growth).ln_1p() / growth.ln_1p()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn power_law(cells: usize) -> MassTable {
+        MassTable::new(1e8, 1e15, cells, |m| 1e3 * (m / 1e8).powf(-0.9) * (-m / 1e14).exp())
+    }
+
+    #[test]
+    fn integral_converges() {
+        let (coarse, fine) = (power_law(1000), power_law(16_000));
+        assert!((coarse.number_per_cmpc3() / fine.number_per_cmpc3() - 1.0).abs() < 1e-6);
+        assert!((coarse.mass_msun_per_cmpc3() / fine.mass_msun_per_cmpc3() - 1.0).abs() < 2e-5);
+    }
+
+    #[test]
+    fn sampling_inverts_the_cumulative() {
+        let table = power_law(1000);
+        for u in [0.0, 1e-6, 0.3, 0.77, 0.999_999] {
+            let m = table.sample_msun(u);
+            let back = table.number.up_to(&table, m.ln()) / table.number_per_cmpc3();
+            assert!((back - u).abs() < 1e-12, "{u} {back}");
+        }
+    }
+
+    #[test]
+    fn limited_sampling_inverts_its_own_cumulative() {
+        let (table, star) = (power_law(1000), 3e11);
+        let total = table.limited_number_per_cmpc3(star);
+        for u in [0.0, 0.01, 0.5, 0.9, 0.999] {
+            let m = table.sample_limited_msun(star, u);
+            let below = if m < star {
+                table.mass.up_to(&table, m.ln()) / star
+            } else {
+                total - (table.number.total() - table.number.up_to(&table, m.ln()))
+            };
+            assert!((below / total - u).abs() < 1e-11, "{u}");
+        }
+    }
+
+    #[test]
+    fn limits_of_the_limited_number() {
+        let table = power_law(1000);
+        assert!((table.limited_number_per_cmpc3(1e8) / table.number_per_cmpc3() - 1.0).abs() < 1e-12);
+        let far = table.limited_number_per_cmpc3(1e20) * 1e20;
+        assert!((far / table.mass_msun_per_cmpc3() - 1.0).abs() < 1e-9);
+    }
+}
