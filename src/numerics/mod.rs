@@ -1,1 +1,5 @@
 //! Quadrature, splines, roots, SIMD elementary functions, random streams.
+
+pub mod quadrature;
+pub mod roots;
+pub mod spline;
