@@ -201,8 +201,8 @@ mod tests {
     #[test]
     fn distances_add_along_the_line_of_sight() {
         let background = Background::paper();
-        let parts = background.comoving_distance_mpc(0.5)
-            + background.comoving_distance_between_mpc(0.5, 1.5);
+        let parts =
+            background.comoving_distance_mpc(0.5) + background.comoving_distance_between_mpc(0.5, 1.5);
         assert!((parts / background.comoving_distance_mpc(1.5) - 1.0).abs() < 1e-15);
         let back = background.comoving_distance_between_mpc(1.5, 0.5);
         assert!((back + background.comoving_distance_between_mpc(0.5, 1.5)).abs() < 1e-11);
@@ -214,9 +214,8 @@ mod tests {
         for (omega_m, tolerance) in [(0.01, 1e-10), (0.1, 1e-15), (0.315, 1e-15), (0.9, 1e-15)] {
             let background = Background::new(70.0, omega_m).unwrap();
             let one = background.distance_integral(1.0, 1.0);
-            let many: f64 = (0..20)
-                .map(|i| background.distance_integral(1.0 - f64::from(i) / 20.0, 0.05))
-                .sum();
+            let many: f64 =
+                (0..20).map(|i| background.distance_integral(1.0 - f64::from(i) / 20.0, 0.05)).sum();
             assert!((one / many - 1.0).abs() < 2.0 * tolerance, "{omega_m}: {}", one / many - 1.0);
         }
     }

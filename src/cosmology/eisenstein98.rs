@@ -62,9 +62,8 @@ impl Eisenstein98 {
         let g = y * (-6.0 * root + (2.0 + 3.0 * y) * ((root + 1.0) / (root - 1.0)).ln());
         let alpha_b = 2.07 * k_equality * sound_horizon_mpc * (1.0 + r_drag).powf(-0.75) * g;
         let beta_node = 8.41 * om.powf(0.435);
-        let beta_b = 0.5
-            + baryon_fraction
-            + (3.0 - 2.0 * baryon_fraction) * ((17.2 * om).powi(2) + 1.0).sqrt();
+        let beta_b =
+            0.5 + baryon_fraction + (3.0 - 2.0 * baryon_fraction) * ((17.2 * om).powi(2) + 1.0).sqrt();
 
         // Eqs. 26 and 31: the shape without oscillations.
         let sound_horizon_fit_mpc = 44.5 * (9.83 / om).ln() / (1.0 + 10.0 * ob.powf(0.75)).sqrt();

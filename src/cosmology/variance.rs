@@ -41,13 +41,18 @@ pub fn top_hat_window(x: f64) -> f64 {
 /// exponentially for an integrand that vanishes smoothly at both ends. The radii lie on the same
 /// grid, so W² is needed only at the sums of two grid points: once for the whole table.
 pub fn tabulate_ln_sigma<F: Fn(f64) -> f64>(
-    input: &VarianceInput<F>, mass_min_msun: f64, mass_max_msun: f64,
+    input: &VarianceInput<F>,
+    mass_min_msun: f64,
+    mass_max_msun: f64,
 ) -> Result<UniformSpline> {
     tabulate_with_step(input, mass_min_msun, mass_max_msun, DLN_K)
 }
 
 fn tabulate_with_step<F: Fn(f64) -> f64>(
-    input: &VarianceInput<F>, mass_min_msun: f64, mass_max_msun: f64, dln_k: f64,
+    input: &VarianceInput<F>,
+    mass_min_msun: f64,
+    mass_max_msun: f64,
+    dln_k: f64,
 ) -> Result<UniformSpline> {
     let radius_min_mpc = (3.0 * mass_min_msun / (4.0 * PI * input.mean_density_msun_mpc3)).cbrt();
     let dln_mass = 3.0 * dln_k * STEPS_PER_NODE as f64;

@@ -13,9 +13,7 @@ const ITERATIONS_MAX: usize = 200;
 /// let root = haloray::numerics::roots::bracketed_root(|x| x * x - 2.0, 0.0, 2.0, 1e-14);
 /// assert!((root.unwrap() - 2f64.sqrt()).abs() < 1e-13);
 /// ```
-pub fn bracketed_root(
-    function: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64,
-) -> Option<f64> {
+pub fn bracketed_root(function: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<f64> {
     let (mut older, mut newer) = (high, low);
     let (mut f_older, mut f_newer) = (function(older), function(newer));
     if f_newer == 0.0 {

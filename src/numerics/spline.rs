@@ -37,9 +37,7 @@ impl UniformSpline {
         let coefficients = values
             .windows(2)
             .zip(curvature.windows(2))
-            .map(|(y, m)| {
-                [y[0], y[1] - y[0] - (2.0 * m[0] + m[1]) / 6.0, 0.5 * m[0], (m[1] - m[0]) / 6.0]
-            })
+            .map(|(y, m)| [y[0], y[1] - y[0] - (2.0 * m[0] + m[1]) / 6.0, 0.5 * m[0], (m[1] - m[0]) / 6.0])
             .collect();
         Ok(Self { start, step, coefficients })
     }

@@ -20,7 +20,7 @@ const LN_C_TOLERANCE: f64 = 1e-12;
 /// C = 1 − c_α(1−α); n = −2 dlnσ/dlnR − 3 at κR, α = −dlnD/dln(1+z), ν = δ_c/σ(M, z).
 /// 200c, NFW fits, any ΛCDM-like cosmology; calibrated for ν above 0.4 or so and z ≲ 10.
 ///
-/// G⁻¹ is solved to 1e-12, where colossus interpolates a table: the two agree to 1.4e-3 at the worst
+/// G⁻¹ is solved to 1e-12, where colossus interpolates a table: the two agree to 1.1e-3 at the worst
 /// (`tests/reference_halo_relations.rs`). For −3 ≤ n ≤ 0 the right-hand side is at least 2A/√B, which exceeds
 /// the minimum of G, so that the root on the rising branch always exists.
 #[derive(Debug, Clone, Copy)]

@@ -32,7 +32,10 @@ impl ConcentrationTable {
     /// assert!((table.concentration(1e10) / exact - 1.0).abs() < 1e-5);
     /// ```
     pub fn new(
-        relation: &dyn ConcentrationRelation, linear: &LinearTheory, z: f64, mass_min_msun: f64,
+        relation: &dyn ConcentrationRelation,
+        linear: &LinearTheory,
+        z: f64,
+        mass_min_msun: f64,
         mass_max_msun: f64,
     ) -> Result<Self> {
         require(mass_min_msun > 0.0, "mass_min_msun", mass_min_msun, "positive")?;

@@ -7,7 +7,6 @@ mod tinker08;
 use serde::{Deserialize, Serialize};
 
 use super::MassDefinition;
-use crate::cosmology::linear::COLLAPSE_OVERDENSITY;
 use crate::cosmology::{Background, LinearTheory};
 use crate::error::{Error, Result};
 
@@ -27,8 +26,7 @@ pub trait MassFunction: Send + Sync {
     ///
     /// `mass_msun` in the definition the relation was built with; `z` ≥ 0.
     fn dn_dlnm_per_cmpc3(&self, linear: &LinearTheory, mass_msun: f64, z: f64) -> f64 {
-        self.multiplicity(linear.sigma(mass_msun, z), z) * linear.mean_matter_density_msun_mpc3()
-            / mass_msun
+        self.multiplicity(linear.sigma(mass_msun, z), z) * linear.mean_matter_density_msun_mpc3() / mass_msun
             * -linear.dlnsigma_dlnm(mass_msun)
     }
 }
@@ -48,7 +46,7 @@ pub enum MassFunctionModel {
 impl MassFunctionModel {
     /// Builds the relation for haloes of the given definition at 0 ≤ z ≤ `z_max`.
     ///
-    /// `background` converts overdensities and gives Ωm(z); pass that of the [`LinearTheory`] in use.
+    /// `background` turns critical into mean overdensities; pass that of the [`LinearTheory`] in use.
     /// Errors: the relation is not calibrated for that definition in that redshift range.
     ///
     /// ```
@@ -62,19 +60,17 @@ impl MassFunctionModel {
     /// assert!((dn_dlnm - 1.4e-3).abs() < 1e-4);
     /// ```
     pub fn build(
-        self, definition: MassDefinition, background: Background, z_max: f64,
+        self,
+        definition: MassDefinition,
+        background: Background,
+        z_max: f64,
     ) -> Result<Box<dyn MassFunction>> {
         Ok(match self {
             Self::Tinker08 => Box::new(Tinker08::new(definition, background, z_max)?),
-            Self::Sheth99 => Box::new(Sheth99::new(definition, background)?),
-            Self::Press74 => Box::new(Press74::new(definition, background)?),
+            Self::Sheth99 => Box::new(Sheth99::new(definition)?),
+            Self::Press74 => Box::new(Press74::new(definition)?),
         })
     }
-}
-
-/// δ_c(z) = (3/20)(12π)^(2/3) Ωm(z)^0.0055 for flat ΛCDM (Navarro, Frenk & White 1997, Appendix).
-fn collapse_overdensity(background: &Background, z: f64) -> f64 {
-    COLLAPSE_OVERDENSITY * background.omega_m_at(z).powf(0.0055)
 }
 
 /// Refuses every definition but friends of friends.

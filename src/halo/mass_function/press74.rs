@@ -1,24 +1,21 @@
 //! Press & Schechter 1974 mass function.
 
-use super::{MassDefinition, MassFunction, collapse_overdensity, require_friends_of_friends};
-use crate::cosmology::Background;
+use super::{MassDefinition, MassFunction, require_friends_of_friends};
+use crate::cosmology::linear::COLLAPSE_OVERDENSITY;
 use crate::error::Result;
 
-/// f(σ) = √(2/π) ν exp(−ν²/2), ν = δ_c(z)/σ (Press & Schechter 1974, ApJ 187, 425).
+/// f(σ) = √(2/π) ν exp(−ν²/2), ν = δ_c/σ (Press & Schechter 1974, ApJ 187, 425).
 ///
-/// Includes the factor 2 that makes all mass end in haloes. δ_c depends on cosmology as in Navarro,
-/// Frenk & White 1997 (0.6% below 1.686 today). Friends of friends only; known to overpredict small
-/// haloes by up to 60% and to miss the most massive ones.
+/// Includes the factor 2 that makes all mass end in haloes; δ_c is the constant 1.68647, as in the
+/// paper. Friends of friends only. Known to overpredict small haloes and to miss the most massive ones.
 #[derive(Debug, Clone, Copy)]
-pub struct Press74 {
-    background: Background,
-}
+pub struct Press74;
 
 impl Press74 {
     /// Errors unless `definition` is friends of friends.
-    pub fn new(definition: MassDefinition, background: Background) -> Result<Self> {
+    pub fn new(definition: MassDefinition) -> Result<Self> {
         require_friends_of_friends("press74", definition)?;
-        Ok(Self { background })
+        Ok(Self)
     }
 }
 
@@ -27,8 +24,8 @@ impl MassFunction for Press74 {
         "press74"
     }
 
-    fn multiplicity(&self, sigma: f64, z: f64) -> f64 {
-        let nu = collapse_overdensity(&self.background, z) / sigma;
+    fn multiplicity(&self, sigma: f64, _z: f64) -> f64 {
+        let nu = COLLAPSE_OVERDENSITY / sigma;
         (2.0 / std::f64::consts::PI).sqrt() * nu * (-0.5 * nu * nu).exp()
     }
 }
@@ -40,7 +37,7 @@ mod tests {
 
     #[test]
     fn all_mass_is_in_haloes() {
-        let relation = Press74::new(MassDefinition::FriendsOfFriends, Background::paper()).unwrap();
+        let relation = Press74::new(MassDefinition::FriendsOfFriends).unwrap();
         let fraction = integrate(-4.0, 20.0, 40, |ln_sigma| relation.multiplicity(ln_sigma.exp(), 0.5));
         assert!((fraction - 1.0).abs() < 1e-8, "{fraction}");
     }
