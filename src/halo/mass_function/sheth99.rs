@@ -1,0 +1,54 @@
+//! Sheth & Tormen 1999 mass function.
+
+use super::{MassDefinition, MassFunction, require_friends_of_friends};
+use crate::cosmology::linear::COLLAPSE_OVERDENSITY;
+use crate::error::Result;
+
+/// Normalisation A: all mass is in haloes.
+const A_NORM: f64 = 0.3222;
+/// Rescaling of the threshold, a.
+const A_THRESHOLD: f64 = 0.707;
+/// Low-mass exponent, p.
+const P: f64 = 0.3;
+
+/// f(σ) = A √(2x/π) (1 + x^−p) e^(−x/2), x = a δ_c²/σ² (Sheth & Tormen 1999, MNRAS 308, 119, eq. 10).
+///
+/// Per unit lnσ⁻¹, twice what their eq. 10 gives per unit lnν². δ_c is the constant 1.68647, which is what
+/// colossus uses unless told otherwise; letting it follow Ωm(z) would lower it by 0.6% today and raise
+/// the abundance of the rarest haloes by several per cent. Friends of friends only.
+#[derive(Debug, Clone, Copy)]
+pub struct Sheth99;
+
+impl Sheth99 {
+    /// Errors unless `definition` is friends of friends.
+    pub fn new(definition: MassDefinition) -> Result<Self> {
+        require_friends_of_friends("sheth99", definition)?;
+        Ok(Self)
+    }
+}
+
+impl MassFunction for Sheth99 {
+    fn name(&self) -> &'static str {
+        "sheth99"
+    }
+
+    fn multiplicity(&self, sigma: f64, _z: f64) -> f64 {
+        let nu = COLLAPSE_OVERDENSITY / sigma;
+        let x = A_THRESHOLD * nu * nu;
+        A_NORM * (2.0 * x / std::f64::consts::PI).sqrt() * (1.0 + x.powf(-P)) * (-0.5 * x).exp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::quadrature::integrate;
+
+    #[test]
+    fn all_mass_is_in_haloes() {
+        let relation = Sheth99::new(MassDefinition::FriendsOfFriends).unwrap();
+        let fraction = integrate(-4.0, 60.0, 100, |ln_sigma| relation.multiplicity(ln_sigma.exp(), 0.5));
+        // A is published with four digits.
+        assert!((fraction - 1.0).abs() < 2e-4, "{fraction}");
+    }
+}
