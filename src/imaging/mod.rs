@@ -1,1 +1,17 @@
-//! From a mapping to an exposure: grid, source light, PSF, noise.
+//! From a mapping to an exposure: sky grid, source light, pixel integration, PSF, noise.
+
+mod exposure;
+mod grid;
+mod instrument;
+mod noise;
+mod pixels;
+mod psf;
+mod scene;
+
+pub use exposure::{Exposure, expose};
+pub use grid::SkyGrid;
+pub use instrument::Instrument;
+pub use noise::add_noise;
+pub use pixels::{PixelSampling, integrate_pixels};
+pub use psf::Psf;
+pub use scene::Scene;
