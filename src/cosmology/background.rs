@@ -118,7 +118,7 @@ impl Background {
     /// Redshift at comoving distance `chi_mpc`, the inverse of [`Self::comoving_distance_mpc`].
     ///
     /// Halley's iteration in w = 1 − (1+z)^(−1/2), where χ(w) is nearly linear; machine precision
-    /// after three or four steps, about half a microsecond.
+    /// after three or four steps.
     ///
     /// Errors: `chi_mpc` negative, not a number, or at or beyond χ(z → ∞).
     pub fn redshift_at_comoving_distance(&self, chi_mpc: f64) -> Result<f64> {

@@ -91,7 +91,9 @@ pub struct LinearTheory {
 }
 
 impl LinearTheory {
-    /// Builds the σ(M) table (about 2 ms).
+    /// Builds the σ(M) table.
+    ///
+    /// Errors: a parameter is outside the range its field states, or h0 is not positive.
     pub fn new(parameters: StructureParameters) -> Result<Self> {
         let background = Background::new(parameters.h0_km_s_mpc, parameters.omega_m)?;
         parameters.validate()?;
@@ -163,7 +165,7 @@ impl LinearTheory {
         self.growth(z) * self.sigma_today(mass_msun)
     }
 
-    /// σ(M) at z = 0: one spline evaluation, about 20 ns.
+    /// σ(M) at z = 0: one spline evaluation.
     pub fn sigma_today(&self, mass_msun: f64) -> f64 {
         self.ln_sigma.value(self.table_ln_mass(mass_msun)).exp()
     }

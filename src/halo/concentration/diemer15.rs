@@ -15,12 +15,11 @@ const ALPHA: f64 = 1.08;
 /// Slope above ν_min.
 const BETA: f64 = 1.77;
 
-/// c = c_min/2 · [(ν/ν_min)^−α + (ν/ν_min)^β] (Diemer & Kravtsov 2015, ApJ 799, 108, eq. 9).
+/// c = c_min/2 · [(ν/ν_min)^−α + (ν/ν_min)^β] (Diemer & Kravtsov 2015, ApJ 799, 108).
 ///
 /// n = dlnP/dlnk at k = 2πκ/R of the spectrum without acoustic oscillations, ν = δ_c/σ(M, z).
-/// The parameters are those of the median as corrected in Diemer & Joyce 2019 (ApJ 871, 168, their
-/// Appendix), not the original ones, which suffered from a numerical error; colossus does the same
-/// by default. 200c only, 0 ≤ z ≲ 6.
+/// The parameters are those of the median as updated in Diemer & Joyce 2019 (ApJ 871, 168), who
+/// mend a numerical fault of the original fit; colossus does the same by default. 200c only.
 #[derive(Debug, Clone, Copy)]
 pub struct Diemer15;
 

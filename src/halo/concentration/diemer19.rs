@@ -5,8 +5,9 @@ use crate::cosmology::LinearTheory;
 use crate::error::Result;
 use crate::numerics::roots::bracketed_root;
 
-/// Table 2 of the paper: κ, a₀, a₁, b₀, b₁, c_α.
+/// Published best fit of the median: κ, a₀, a₁, b₀, b₁, c_α.
 const MEDIAN: [f64; 6] = [0.41, 2.45, 1.82, 3.20, 2.30, 0.21];
+/// The same of the mean.
 const MEAN: [f64; 6] = [0.42, 2.37, 1.74, 3.39, 1.82, 0.20];
 
 /// Bracket of the root before the factor C(α).
@@ -14,11 +15,11 @@ const C_BRACKET: [f64; 2] = [0.5, 1e5];
 /// Accuracy of ln c.
 const LN_C_TOLERANCE: f64 = 1e-12;
 
-/// c = C(α) · G⁻¹(A(n)/ν · [1 + ν²/B(n)]) (Diemer & Joyce 2019, ApJ 871, 168, eqs. 27–31).
+/// c = C(α) · G⁻¹(A(n)/ν · [1 + ν²/B(n)]) (Diemer & Joyce 2019, ApJ 871, 168).
 ///
 /// G(x) = x/μ(x)^((5+n)/6), μ(x) = ln(1+x) − x/(1+x); A = a₀[1 + a₁(n+3)], B = b₀[1 + b₁(n+3)],
 /// C = 1 − c_α(1−α); n = −2 dlnσ/dlnR − 3 at κR, α = −dlnD/dln(1+z), ν = δ_c/σ(M, z).
-/// 200c, NFW fits, any ΛCDM-like cosmology; calibrated for ν above 0.4 or so and z ≲ 10.
+/// 200c and NFW fits; the authors give it for any cosmology, mass and redshift.
 ///
 /// G⁻¹ is solved to 1e-12, where colossus interpolates a table: the two agree to 1.1e-3 at the worst
 /// (`tests/reference_halo_relations.rs`). For −3 ≤ n ≤ 0 the right-hand side is at least 2A/√B, which exceeds

@@ -32,7 +32,7 @@ const ALLOWED: &str = "spherical overdensities from 200m to 3200m at every redsh
 /// overshoot at the step from 600 to 800. Δ_m is not rounded to an integer as colossus does; that is
 /// the largest remaining difference, 2e-4 in the median (`tests/reference_halo_relations.rs`).
 ///
-/// Calibrated for 1e11–1e15 Msun/h, 0 ≤ z ≤ 2.5, to 5% at z = 0.
+/// Calibrated for 1e11–1e15 Msun/h, 0 ≤ z ≲ 2, to 5% at z = 0.
 #[derive(Debug, Clone, Copy)]
 pub struct Tinker08 {
     definition: MassDefinition,
