@@ -23,15 +23,19 @@ impl Colour {
     pub const GREY: Self = Self(110, 110, 110);
     /// Blue.
     pub const BLUE: Self = Self(0, 114, 178);
-    /// Vermillion, the red of that palette.
-    pub const RED: Self = Self(213, 94, 0);
+    /// Vermillion.
+    pub const ORANGE: Self = Self(213, 94, 0);
     /// Bluish green.
     pub const GREEN: Self = Self(0, 158, 115);
     /// Reddish purple.
     pub const PURPLE: Self = Self(204, 121, 167);
+    /// Red, for what must stand out against blue.
+    pub const RED: Self = Self(200, 24, 38);
+
     /// The colour of the n-th curve of a panel.
     pub fn of_curve(n: usize) -> Self {
-        const CYCLE: [Colour; 5] = [Colour::BLUE, Colour::RED, Colour::GREEN, Colour::PURPLE, Colour::BLACK];
+        const CYCLE: [Colour; 5] =
+            [Colour::BLUE, Colour::ORANGE, Colour::GREEN, Colour::PURPLE, Colour::BLACK];
         CYCLE[n % CYCLE.len()]
     }
 }

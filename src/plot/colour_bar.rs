@@ -7,6 +7,7 @@ use super::layout::{
     BAR_GAP_PT, BAR_PT, LABEL_GAP_PT, LABEL_PT, LINE_HEIGHT, Placed, SMALL_PT, TICK_GAP_PT, widest_pt,
 };
 use super::mark::Mark;
+use super::markup::width_pt;
 use super::norm::Norm;
 use super::panel::{ColourBar, Panel, Side};
 use super::svg::{Anchor, Rect, Svg, TextStyle, number};
@@ -24,10 +25,10 @@ pub(super) fn height_pt(panel: &Panel) -> f64 {
     BAR_GAP_PT + BAR_PT + TICK_GAP_PT + SMALL_PT + line
 }
 
-/// Draws the colour bar of a panel.
-pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar) {
+/// Draws the colour bar of a panel of the figure.
+pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar, figure: &[Panel]) {
     let frame = place.frame;
-    let (below, above) = beyond(place.panel, &bar.norm);
+    let (below, above) = beyond(figure, bar);
     match bar.side {
         Side::Right => {
             let x = frame.right() + BAR_GAP_PT;
@@ -35,7 +36,9 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar) {
             paint(svg, strip, bar, Direction::Vertical, below, above);
             let ticks = bar.norm.ticks(strip.bottom(), strip.y, Direction::Vertical, SMALL_PT);
             let at = |value| strip.bottom() - bar.norm.position(value).unwrap_or(0.0) * strip.height;
-            cut(svg, &ticks, |value| format!("M{} {}h{}", number(x), number(at(value)), number(BAR_PT)));
+            let tick =
+                |value, length| format!("M{} {}h{}", number(x + BAR_PT), number(at(value)), number(length));
+            draw_ticks(svg, &ticks, tick);
             let left = x + BAR_PT + TICK_GAP_PT;
             for (value, label) in &ticks.major {
                 svg.text((left, at(*value) + HALF_DIGIT * SMALL_PT), label, style(SMALL_PT, Anchor::Start));
@@ -52,9 +55,14 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar) {
             paint(svg, strip, bar, Direction::Horizontal, below, above);
             let ticks = bar.norm.ticks(strip.x, strip.right(), Direction::Horizontal, SMALL_PT);
             let at = |value| strip.x + bar.norm.position(value).unwrap_or(0.0) * strip.width;
-            cut(svg, &ticks, |value| format!("M{} {}v{}", number(at(value)), number(y), number(BAR_PT)));
+            let tick =
+                |value, length: f64| format!("M{} {}v{}", number(at(value)), number(y), number(-length));
+            draw_ticks(svg, &ticks, tick);
             for (value, label) in &ticks.major {
-                svg.text((at(*value), y - TICK_GAP_PT), label, style(SMALL_PT, Anchor::Middle));
+                let half = 0.5 * width_pt(label, SMALL_PT);
+                let (first, last) = (frame.x + half, frame.x + width - half);
+                let middle = at(*value).min(last).max(first);
+                svg.text((middle, y - TICK_GAP_PT), label, style(SMALL_PT, Anchor::Middle));
             }
             let baseline = y - TICK_GAP_PT - SMALL_PT - LABEL_GAP_PT - 0.2 * LABEL_PT;
             let label = with_exponent(&bar.label, ticks.exponent);
@@ -63,12 +71,12 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar) {
     }
 }
 
-/// Whether the panel's rasters have finite values below and above the ends of the bar.
-fn beyond(panel: &Panel, norm: &Norm) -> (bool, bool) {
-    let (low, high) = norm.limits();
+/// Whether the rasters that the bar explains have finite values below and above its ends.
+fn beyond(figure: &[Panel], bar: &ColourBar) -> (bool, bool) {
+    let (low, high) = bar.norm.limits();
     let values = || {
-        let rasters = panel.marks.iter().filter_map(|mark| match mark {
-            Mark::Raster(raster) => Some(&raster.values),
+        let rasters = figure.iter().flat_map(|panel| &panel.marks).filter_map(|mark| match mark {
+            Mark::Raster(raster) if (raster.norm, raster.map) == (bar.norm, bar.map) => Some(&raster.values),
             _ => None,
         });
         rasters.flatten().filter(|value| value.is_finite())
@@ -91,9 +99,6 @@ fn paint(svg: &mut Svg, strip: Rect, bar: &ColourBar, direction: Direction, belo
     let steps: Vec<f64> = (0..STEPS).map(|i| (i as f64 + 0.5) / STEPS as f64).collect();
     let unit = Norm::Linear { low: 0.0, high: 1.0 };
     let (nx, ny) = if direction == Direction::Horizontal { (STEPS, 1) } else { (1, STEPS) };
-    if let Some(uri) = Picture::of_grid(&steps, nx, ny, bar.map, &unit).data_uri() {
-        svg.image(strip, &uri, true);
-    }
     let arrow = |present| if present { ARROW_PT } else { 0.0 };
     let (low_tip, high_tip) = match direction {
         Direction::Horizontal => {
@@ -110,10 +115,15 @@ fn paint(svg: &mut Svg, strip: Rect, bar: &ColourBar, direction: Direction, belo
         Direction::Horizontal => ([(left, bottom), (left, top)], [(right, top), (right, bottom)]),
         Direction::Vertical => ([(right, bottom), (left, bottom)], [(left, top), (right, top)]),
     };
+    let centre = (0.5 * (left + right), 0.5 * (top + bottom));
     for (present, side, tip, t) in [(below, low_side, low_tip, 0.0), (above, high_side, high_tip, 1.0)] {
         if present {
-            svg.filled_path(&polygon(&[side[0], tip, side[1]]), bar.map.at(t), 1.0);
+            // Reaches under the strip, so that no seam shows between the two.
+            svg.filled_path(&polygon(&[side[0], tip, side[1], centre]), bar.map.at(t), 1.0);
         }
+    }
+    if let Some(uri) = Picture::of_grid(&steps, nx, ny, bar.map, &unit).data_uri() {
+        svg.image(strip, &uri);
     }
     let outline = [high_side[0], high_tip, high_side[1], low_side[0], low_tip, low_side[1]];
     svg.stroked_path(&polygon(&outline), FRAME);
@@ -124,9 +134,13 @@ fn polygon(corners: &[(f64, f64)]) -> String {
     format!("M{}Z", points.join("L"))
 }
 
-/// The ticks, cut across the strip.
-fn cut(svg: &mut Svg, ticks: &Ticks, across: impl Fn(f64) -> String) {
-    let path: String = ticks.major.iter().map(|(value, _)| across(*value)).collect();
+/// The ticks, outwards: inside they would vanish in the dark colours.
+fn draw_ticks(svg: &mut Svg, ticks: &Ticks, tick: impl Fn(f64, f64) -> String) {
+    const MAJOR_PT: f64 = 2.0;
+    const MINOR_PT: f64 = 1.2;
+    let major = ticks.major.iter().map(|(value, _)| tick(*value, MAJOR_PT));
+    let minor = ticks.minor.iter().map(|value| tick(*value, MINOR_PT));
+    let path: String = major.chain(minor).collect();
     svg.stroked_path(&path, Stroke { width_pt: 0.5, ..FRAME });
 }
 
@@ -149,8 +163,10 @@ mod tests {
             };
             Panel { marks: vec![Mark::Raster(raster)], ..Panel::new(Axis::linear(""), Axis::linear("")) }
         };
-        assert_eq!(beyond(&raster(vec![0.0, 1.0, f64::INFINITY]), &norm), (false, false));
-        assert_eq!(beyond(&raster(vec![-0.1, 1.0, f64::NAN]), &norm), (true, false));
-        assert_eq!(beyond(&raster(vec![0.5, 1.1]), &norm), (false, true));
+        let bar = ColourBar { map: ColourMap::Viridis, norm, label: String::new(), side: Side::Top };
+        let arrows = |values| beyond(&[raster(vec![0.5]), raster(values)], &bar);
+        assert_eq!(arrows(vec![0.0, 1.0, f64::INFINITY]), (false, false));
+        assert_eq!(arrows(vec![-0.1, 1.0, f64::NAN]), (true, false));
+        assert_eq!(arrows(vec![0.5, 1.1]), (false, true));
     }
 }

@@ -16,11 +16,6 @@ pub(super) const BAND_OPACITY: f64 = 0.25;
 pub(super) const HISTOGRAM_OPACITY: f64 = 0.125;
 /// Radius of a point with error bars.
 pub(super) const POINT_PT: f64 = 1.5;
-/// More points than this become one embedded picture.
-const MOST_DISCS: usize = 3000;
-/// Pixels of that picture per point of the page: 600 dpi.
-const PIXELS_PER_PT: f64 = 600.0 / 72.0;
-
 /// The stroke of error bars.
 pub(super) fn error_bar(colour: Colour) -> Stroke {
     Stroke::solid(colour, 0.7)
@@ -88,24 +83,13 @@ fn draw_band(svg: &mut Svg, place: &Placed, band: &Band) {
     svg.filled_path(&polyline(around), band.colour, BAND_OPACITY);
 }
 
+/// All discs as one path of round dots: 15 bytes a point, and sharp at any magnification.
 fn draw_scatter(svg: &mut Svg, place: &Placed, scatter: &Scatter) {
-    let points: Vec<(f64, f64)> = places(place, &scatter.x, &scatter.y).flatten().collect();
-    let (colour, opacity) = (scatter.colour, scatter.opacity);
-    if points.len() <= MOST_DISCS {
-        points.into_iter().for_each(|at| svg.disc(at, scatter.radius_pt, colour, opacity));
-        return;
+    let mut dots = String::new();
+    for at in places(place, &scatter.x, &scatter.y).flatten().filter(|at| place.frame.reaches(*at)) {
+        dots.push_str(&format!("M{}h0", point(at)));
     }
-    let frame = place.frame;
-    let pixels = |length_pt: f64| (length_pt * PIXELS_PER_PT).round().max(1.0);
-    let (width, height) = (pixels(frame.width), pixels(frame.height));
-    let mut layer = Picture::transparent(width as usize, height as usize);
-    for (x, y) in points {
-        let at = ((x - frame.x) / frame.width * width, (y - frame.y) / frame.height * height);
-        layer.disc(at, scatter.radius_pt * PIXELS_PER_PT, colour, opacity);
-    }
-    if let Some(uri) = layer.data_uri() {
-        svg.image(frame, &uri, false);
-    }
+    svg.dots(&dots, 2.0 * scatter.radius_pt, scatter.colour, scatter.opacity);
 }
 
 fn draw_error_bars(svg: &mut Svg, place: &Placed, bars: &ErrorBars) {
@@ -147,7 +131,7 @@ fn draw_raster(svg: &mut Svg, place: &Placed, raster: &Raster) {
     };
     let picture = Picture::of_grid(&raster.values, raster.nx, raster.ny, raster.map, &raster.norm);
     if let (Some(uri), true) = (picture.data_uri(), x1 > x0 && y0 > y1) {
-        svg.image(Rect { x: x0, y: y1, width: x1 - x0, height: y0 - y1 }, &uri, true);
+        svg.image(Rect { x: x0, y: y1, width: x1 - x0, height: y0 - y1 }, &uri);
     }
 }
 

@@ -43,7 +43,7 @@ impl Figure {
             frame::draw(&mut svg, place);
             legend::draw(&mut svg, place);
             if let Some(bar) = &place.panel.colour_bar {
-                colour_bar::draw(&mut svg, place, bar);
+                colour_bar::draw(&mut svg, place, bar, &self.panels);
             }
         }
         svg.finish()

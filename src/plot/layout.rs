@@ -22,7 +22,7 @@ pub(super) const BAR_GAP_PT: f64 = 3.5;
 /// Height of a line of text that may carry scripts, relative to its size.
 pub(super) const LINE_HEIGHT: f64 = 1.15;
 /// Between panels, and around the figure.
-const GAP_PT: f64 = 4.0;
+const GAP_PT: f64 = 5.0;
 
 /// A panel on the page.
 pub(super) struct Placed<'a> {
@@ -161,6 +161,10 @@ impl Margins {
         }
         let tick_line = TICK_GAP_PT + SMALL_PT;
         if let Some(top) = &panel.top {
+            for (value, label) in top.major.iter().filter(|(value, _)| x.contains(*value)) {
+                let end = x.at(*value).unwrap_or(0.0) + 0.5 * width_pt(label, SMALL_PT);
+                margins.right = margins.right.max(end - frame.width);
+            }
             margins.top += tick_line + line(!top.label.is_empty(), LABEL_PT);
         }
         if let Some(bar) = &panel.colour_bar {

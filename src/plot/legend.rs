@@ -3,13 +3,12 @@
 use super::colour::Colour;
 use super::frame::{HALF_DIGIT, style};
 use super::layout::{Placed, SMALL_PT};
-use super::mark::{Mark, RuleAt};
+use super::mark::{Mark, Rule, RuleAt};
 use super::markup::width_pt;
 use super::panel::Corner;
 use super::svg::{Anchor, Rect, Svg, number};
 
 const LINE_PT: f64 = 1.45 * SMALL_PT;
-const SAMPLE_PT: f64 = 16.0;
 const GAP_PT: f64 = 4.0;
 /// From the frame: clear of the ticks.
 const INSET_PT: f64 = 6.0;
@@ -21,7 +20,8 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed) {
         return;
     }
     let text_width = entries.iter().map(|mark| width_pt(mark.legend(), SMALL_PT)).fold(0.0, f64::max);
-    let (width, height) = (SAMPLE_PT + GAP_PT + text_width, LINE_PT * entries.len() as f64);
+    let sample_width = entries.iter().map(|mark| sample_width_pt(mark)).fold(0.0, f64::max);
+    let (width, height) = (sample_width + GAP_PT + text_width, LINE_PT * entries.len() as f64);
     let frame = place.frame;
     let x = match place.panel.legend {
         Corner::TopLeft | Corner::BottomLeft => frame.x + INSET_PT,
@@ -35,20 +35,27 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed) {
     svg.filled_rect(box_around, Colour::WHITE, 0.85);
     for (i, mark) in entries.into_iter().enumerate() {
         let middle = y + LINE_PT * (i as f64 + 0.5);
-        sample(svg, mark, x, middle);
-        let text_at = (x + SAMPLE_PT + GAP_PT, middle + HALF_DIGIT * SMALL_PT);
+        sample(svg, mark, (x, middle), sample_width);
+        let text_at = (x + sample_width + GAP_PT, middle + HALF_DIGIT * SMALL_PT);
         svg.text(text_at, mark.legend(), style(SMALL_PT, Anchor::Start));
     }
 }
 
-/// A sample of the mark about the height `middle`, `SAMPLE_PT` wide.
-fn sample(svg: &mut Svg, mark: &Mark, x: f64, middle: f64) {
-    let across = format!("M{} {}h{}", number(x), number(middle), number(SAMPLE_PT));
-    let upright = |half: f64| {
-        format!("M{} {}v{}", number(x + 0.5 * SAMPLE_PT), number(middle - half), number(2.0 * half))
-    };
-    let block = Rect { x, y: middle - 0.35 * LINE_PT, width: SAMPLE_PT, height: 0.7 * LINE_PT };
-    let centre = (x + 0.5 * SAMPLE_PT, middle);
+/// Upright marks and points need less room than lines.
+fn sample_width_pt(mark: &Mark) -> f64 {
+    match mark {
+        Mark::Scatter(_) | Mark::ErrorBars(_) | Mark::Rule(Rule { at: RuleAt::X(_), .. }) => 5.0,
+        _ => 16.0,
+    }
+}
+
+/// A sample of the mark about the height `middle`.
+fn sample(svg: &mut Svg, mark: &Mark, (x, middle): (f64, f64), width: f64) {
+    let across = format!("M{} {}h{}", number(x), number(middle), number(width));
+    let upright =
+        |half: f64| format!("M{} {}v{}", number(x + 0.5 * width), number(middle - half), number(2.0 * half));
+    let block = Rect { x, y: middle - 0.35 * LINE_PT, width, height: 0.7 * LINE_PT };
+    let centre = (x + 0.5 * width, middle);
     match mark {
         Mark::Line(line) => svg.stroked_path(&across, line.stroke),
         Mark::Band(band) => svg.filled_rect(block, band.colour, super::draw::BAND_OPACITY),

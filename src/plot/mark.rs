@@ -55,7 +55,7 @@ pub struct Band {
     pub legend: String,
 }
 
-/// Discs at points; above 3000 they become one embedded picture.
+/// Discs at points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scatter {
     /// Abscissae, data units.

@@ -26,6 +26,13 @@ impl Rect {
     pub fn bottom(&self) -> f64 {
         self.y + self.height
     }
+
+    /// True if a mark of a few points' size at that place may show inside.
+    pub fn reaches(&self, (x, y): (f64, f64)) -> bool {
+        const MARK_PT: f64 = 10.0;
+        (self.x - MARK_PT..self.right() + MARK_PT).contains(&x)
+            && (self.y - MARK_PT..self.bottom() + MARK_PT).contains(&y)
+    }
 }
 
 /// Which point of a text its coordinates name.
@@ -137,11 +144,22 @@ impl Svg {
         ));
     }
 
-    /// A picture given as data URI, stretched over the rectangle.
-    pub fn image(&mut self, at: Rect, uri: &str, pixelated: bool) {
-        let rendering = if pixelated { " style=\"image-rendering:pixelated\"" } else { "" };
+    /// A path of round dots, one for each subpath `Mx yh0`; overlaps do not darken.
+    pub fn dots(&mut self, d: &str, diameter_pt: f64, colour: Colour, opacity: f64) {
+        if !d.is_empty() {
+            self.put(format_args!(
+                "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\" stroke-linecap=\"round\" \
+                 stroke-opacity=\"{}\"/>",
+                number(diameter_pt),
+                number(opacity)
+            ));
+        }
+    }
+
+    /// A picture given as data URI, stretched over the rectangle, each pixel with sharp edges.
+    pub fn image(&mut self, at: Rect, uri: &str) {
         self.put(format_args!(
-            "<image {} preserveAspectRatio=\"none\"{rendering} href=\"{uri}\"/>",
+            "<image {} preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"{uri}\"/>",
             place(at)
         ));
     }

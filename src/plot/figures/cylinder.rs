@@ -61,12 +61,12 @@ pub fn cylinder(data: &CylinderData) -> Figure {
 /// The largest |y| with room for the legend; `None` without any.
 fn half_height(transverse_cmpc: &[f64]) -> Option<f64> {
     let distances: Vec<f64> = transverse_cmpc.iter().map(|y| y.abs()).collect();
-    quantile(&distances, 1.0).filter(|&largest| largest > 0.0).map(|largest| 1.3 * largest)
+    quantile(&distances, 1.0).filter(|&largest| largest > 0.0).map(|largest| 1.4 * largest)
 }
 
 fn scatter(points: &[(f64, f64)], colour: Colour, radius_pt: f64, legend: String) -> Mark {
     let (x, y) = points.iter().copied().unzip();
-    Mark::Scatter(Scatter { x, y, colour, radius_pt, opacity: 0.8, legend })
+    Mark::Scatter(Scatter { x, y, colour, radius_pt, opacity: 1.0, legend })
 }
 
 /// A dashed line at a plane with its name at the lower end.

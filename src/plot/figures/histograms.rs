@@ -1,6 +1,8 @@
 //! How strongly single haloes act: distributions of convergence, shear, and Δ_h on the axis.
 
-use crate::plot::{Axis, Colour, Figure, Histogram, Mark, Panel, Rule, RuleAt, Scale, Stroke};
+use crate::plot::{
+    Anchor, Axis, Colour, Figure, Histogram, Mark, Panel, Rule, RuleAt, Scale, Stroke, Text, TextAt,
+};
 
 /// What the figure shows; one entry per halo.
 #[derive(Debug, Clone, Copy)]
@@ -15,32 +17,37 @@ pub struct HaloEffects<'a> {
     pub delta_threshold: f64,
 }
 
-/// Bins per decade.
+/// Bins per decade; the label of the ordinate says their width.
 const BINS_PER_DECADE: f64 = 8.0;
 
 /// Draws the three distributions over the full page.
 pub fn histograms(data: &HaloEffects) -> Figure {
     let stroke = Stroke::dashed(Colour::BLACK, 0.9);
-    let threshold = Mark::Rule(Rule {
-        at: RuleAt::X(data.delta_threshold),
-        stroke,
-        legend: format!("Δ_{{h}} = {}", data.delta_threshold),
-    });
+    let threshold = [
+        Mark::Rule(Rule { at: RuleAt::X(data.delta_threshold), stroke, legend: String::new() }),
+        Mark::Text(Text {
+            at: TextAt::DataFraction(data.delta_threshold, 0.93),
+            text: format!("  Δ_{{h}} = {}", data.delta_threshold),
+            anchor: Anchor::Start,
+            colour: Colour::BLACK,
+            halo: Some(Colour::WHITE),
+        }),
+    ];
     let columns = [
-        (data.convergence, "κ_{h}", Colour::BLUE, None),
-        (data.shear, "|γ_{h}|", Colour::GREEN, None),
-        (data.delta, "Δ_{h}", Colour::RED, Some(threshold)),
+        (data.convergence, "κ_{h}", Colour::BLUE, vec![]),
+        (data.shear, "|γ_{h}|", Colour::GREEN, vec![]),
+        (data.delta, "Δ_{h}", Colour::RED, threshold.to_vec()),
     ];
     let tallest = columns.iter().flat_map(|(values, ..)| log_bins(values).1).fold(1.0, f64::max);
-    let panels = columns.into_iter().enumerate().map(|(column, (values, label, colour, rule))| {
+    let panels = columns.into_iter().enumerate().map(|(column, (values, label, colour, lines))| {
         let (edges, counts) = log_bins(values);
         let steps = Histogram { edges, counts, stroke: Stroke::solid(colour, 0.9), legend: String::new() };
         let y = Axis {
             limits: Some((0.5, 3.0 * tallest)),
             tick_labels: column == 0,
-            ..Axis::log(if column == 0 { "haloes per bin" } else { "" })
+            ..Axis::log(if column == 0 { "haloes per 0.125 dex" } else { "" })
         };
-        let marks = [Mark::Histogram(steps)].into_iter().chain(rule).collect();
+        let marks = [Mark::Histogram(steps)].into_iter().chain(lines).collect();
         Panel { marks, ..Panel::new(Axis::log(label), y) }
     });
     Figure {

@@ -45,8 +45,9 @@ pub fn images(data: &ImagesData) -> Figure {
         let first = panels.is_empty();
         for (column, (grid, map, norm, name)) in columns.into_iter().enumerate() {
             let mut panel = grid.panel(map, norm, column);
-            panel.marks.extend([caption(name, 0.05, 0.93), caption(row_name, 0.05, 0.07)]);
-            if map != ColourMap::Diverging {
+            let dark = map != ColourMap::Diverging;
+            panel.marks.extend([caption(name, (0.05, 0.93), dark), caption(row_name, (0.05, 0.07), dark)]);
+            if dark {
                 panel.tick_colour = Colour::WHITE;
             }
             if first {
@@ -81,7 +82,7 @@ fn image_norm(data: &ImagesData) -> Norm {
     let high = brightest(data.noise_free.all_haloes).max(brightest(data.noise_free.without_rough));
     let softening =
         if data.background_rms_e_per_s > 0.0 { data.background_rms_e_per_s } else { 0.01 * high.abs() };
-    Norm::Asinh { low: -softening, high, softening }
+    Norm::Asinh { low: -2.0 * softening, high, softening }
 }
 
 /// Robust extremes of both difference images.
@@ -115,7 +116,7 @@ mod tests {
         let figure = images(&data);
         assert_eq!(figure.panels.len(), 6);
         assert_eq!(figure.panels.iter().filter(|panel| panel.colour_bar.is_some()).count(), 2);
-        assert_eq!(image_norm(&data), Norm::Asinh { low: -0.006, high: 0.3, softening: 0.006 });
+        assert_eq!(image_norm(&data), Norm::Asinh { low: -0.012, high: 0.3, softening: 0.006 });
     }
 
     #[test]

@@ -78,8 +78,10 @@ fn einstein_circle(radius_arcsec: f64, on_dark: bool) -> Option<Mark> {
     (radius_arcsec > 0.0).then_some(Mark::Circle(Circle { x: 0.0, y: 0.0, radius: radius_arcsec, stroke }))
 }
 
-/// A name in a corner of a dark panel.
-fn caption(text: &str, x: f64, y: f64) -> Mark {
+/// A name inside a panel, white on a dark raster and black on a light one.
+fn caption(text: &str, (x, y): (f64, f64), on_dark: bool) -> Mark {
     let (at, anchor) = (TextAt::Fraction(x, y), Anchor::Start);
-    Mark::Text(Text { at, text: text.into(), anchor, colour: Colour::WHITE, halo: Some(Colour::BLACK) })
+    let (colour, halo) =
+        if on_dark { (Colour::WHITE, Colour::BLACK) } else { (Colour::BLACK, Colour::WHITE) };
+    Mark::Text(Text { at, text: text.into(), anchor, colour, halo: Some(halo) })
 }
