@@ -1,22 +1,20 @@
 //! Colour bars: the strip of colours, its ticks, numbers and label.
 
-use super::colour::Stroke;
-use super::embed::Picture;
+use super::colour::{Colour, Stroke};
 use super::frame::{FRAME, HALF_DIGIT, style};
 use super::layout::{
     BAR_GAP_PT, BAR_PT, LABEL_GAP_PT, LABEL_PT, LINE_HEIGHT, Placed, SMALL_PT, TICK_GAP_PT, widest_pt,
 };
 use super::mark::Mark;
 use super::markup::width_pt;
-use super::norm::Norm;
 use super::panel::{ColourBar, Panel, Side};
 use super::svg::{Anchor, Rect, Svg, TextStyle, number};
 use super::ticks::{Direction, Ticks, with_exponent};
 
 /// Length of the arrow that says that values go on beyond the end.
 const ARROW_PT: f64 = 5.0;
-/// Number of colours in the strip.
-const STEPS: usize = 256;
+/// Number of straight pieces that the colour map is drawn with.
+const STOPS: u8 = 64;
 
 /// Height that a lying bar with its numbers and label takes above the frame.
 pub(super) fn height_pt(panel: &Panel) -> f64 {
@@ -96,9 +94,6 @@ fn inset(whole: Rect, direction: Direction, below: bool, above: bool) -> Rect {
 
 /// The colours, their arrows, and one outline about all.
 fn paint(svg: &mut Svg, strip: Rect, bar: &ColourBar, direction: Direction, below: bool, above: bool) {
-    let steps: Vec<f64> = (0..STEPS).map(|i| (i as f64 + 0.5) / STEPS as f64).collect();
-    let unit = Norm::Linear { low: 0.0, high: 1.0 };
-    let (nx, ny) = if direction == Direction::Horizontal { (STEPS, 1) } else { (1, STEPS) };
     let arrow = |present| if present { ARROW_PT } else { 0.0 };
     let (low_tip, high_tip) = match direction {
         Direction::Horizontal => {
@@ -122,9 +117,8 @@ fn paint(svg: &mut Svg, strip: Rect, bar: &ColourBar, direction: Direction, belo
             svg.filled_path(&polygon(&[side[0], tip, side[1], centre]), bar.map.at(t), 1.0);
         }
     }
-    if let Some(uri) = Picture::of_grid(&steps, nx, ny, bar.map, &unit).data_uri() {
-        svg.image(strip, &uri);
-    }
+    let stops: Vec<Colour> = (0..=STOPS).map(|i| bar.map.at(f64::from(i) / f64::from(STOPS))).collect();
+    svg.gradient_rect(strip, &stops, direction);
     let outline = [high_side[0], high_tip, high_side[1], low_side[0], low_tip, low_side[1]];
     svg.stroked_path(&polygon(&outline), FRAME);
 }
@@ -147,7 +141,7 @@ fn draw_ticks(svg: &mut Svg, ticks: &Ticks, tick: impl Fn(f64, f64) -> String) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::{Axis, ColourMap, Raster};
+    use crate::plot::{Axis, ColourMap, Norm, Raster};
 
     #[test]
     fn arrows_stand_only_where_values_go_on() {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::colour::{Colour, Dash, Stroke};
 use super::font::FAMILY;
 use super::markup::{escape, tspans};
+use super::ticks::Direction;
 
 /// Points in a millimetre.
 pub(super) const PT_PER_MM: f64 = 72.0 / 25.4;
@@ -61,7 +62,7 @@ pub(super) struct TextStyle {
 /// An SVG document being written.
 pub(super) struct Svg {
     text: String,
-    clips: usize,
+    ids: usize,
 }
 
 impl Svg {
@@ -74,7 +75,7 @@ impl Svg {
              <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
             escape(title)
         );
-        Self { text, clips: 0 }
+        Self { text, ids: 0 }
     }
 
     pub fn finish(mut self) -> String {
@@ -90,10 +91,10 @@ impl Svg {
 
     /// Everything until [`Svg::end_clip`] shows only inside the rectangle.
     pub fn begin_clip(&mut self, to: Rect) {
-        self.clips += 1;
-        let id = self.clips;
+        self.ids += 1;
+        let id = self.ids;
         self.put(format_args!(
-            "<clipPath id=\"clip{id}\"><rect {}/></clipPath><g clip-path=\"url(#clip{id})\">",
+            "<clipPath id=\"id{id}\"><rect {}/></clipPath><g clip-path=\"url(#id{id})\">",
             place(to)
         ));
     }
@@ -162,6 +163,21 @@ impl Svg {
             "<image {} preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"{uri}\"/>",
             place(at)
         ));
+    }
+
+    /// A rectangle filled with colours from left to right or from the bottom up.
+    pub fn gradient_rect(&mut self, rect: Rect, colours: &[Colour], direction: Direction) {
+        self.ids += 1;
+        let id = self.ids;
+        let end = match direction {
+            Direction::Horizontal => "x2=\"1\" y2=\"0\"",
+            Direction::Vertical => "y1=\"1\" x2=\"0\" y2=\"0\"",
+        };
+        let last = colours.len().saturating_sub(1).max(1) as f64;
+        let stop = |(i, colour)| format!("<stop offset=\"{:.4}\" stop-color=\"{colour}\"/>", i as f64 / last);
+        let stops: String = colours.iter().enumerate().map(stop).collect();
+        self.put(format_args!("<linearGradient id=\"id{id}\" {end}>{stops}</linearGradient>"));
+        self.put(format_args!("<rect {} fill=\"url(#id{id})\"/>", place(rect)));
     }
 
     /// A label in markup, its baseline at `y`.
