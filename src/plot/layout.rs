@@ -1,0 +1,214 @@
+//! Where the panels of a figure lie: margins follow from the labels, panels of a figure are equally large.
+
+use super::figure::Figure;
+use super::markup::width_pt;
+use super::panel::{Panel, Side};
+use super::scale::Span;
+use super::svg::{PT_PER_MM, Rect};
+use super::ticks::{Direction, Ticks};
+
+/// Size of tick labels, legends and notes.
+pub(super) const SMALL_PT: f64 = 7.0;
+/// Size of axis labels and titles.
+pub(super) const LABEL_PT: f64 = 8.0;
+/// Between a frame and its tick labels.
+pub(super) const TICK_GAP_PT: f64 = 3.0;
+/// Between tick labels and axis label.
+pub(super) const LABEL_GAP_PT: f64 = 2.5;
+/// Thickness of a colour bar.
+pub(super) const BAR_PT: f64 = 5.0;
+/// Between a frame and its colour bar.
+pub(super) const BAR_GAP_PT: f64 = 3.5;
+/// Height of a line of text that may carry scripts, relative to its size.
+pub(super) const LINE_HEIGHT: f64 = 1.15;
+/// Between panels, and around the figure.
+const GAP_PT: f64 = 5.0;
+
+/// A panel on the page.
+pub(super) struct Placed<'a> {
+    pub panel: &'a Panel,
+    pub frame: Rect,
+    pub x: Span,
+    pub y: Span,
+    pub x_ticks: Ticks,
+    pub y_ticks: Ticks,
+    /// Distance from the frame to the outer edge of its column's labels.
+    pub left_pt: f64,
+    /// Right end of the colour bar where it spans several panels.
+    pub bar_right_pt: f64,
+}
+
+/// All panels on the page.
+pub(super) struct Layout<'a> {
+    pub width_pt: f64,
+    pub height_pt: f64,
+    pub placed: Vec<Placed<'a>>,
+}
+
+/// Room a panel needs around its frame.
+#[derive(Debug, Clone, Copy, Default)]
+struct Margins {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+}
+
+/// Lays out a figure; two rounds, because labels depend on the room and the room on the labels.
+pub(super) fn lay_out(figure: &Figure) -> Layout<'_> {
+    let columns = figure.columns.max(1);
+    let width_pt = figure.width_mm * PT_PER_MM;
+    let mut frame_width = 0.75 * width_pt / columns as f64;
+    let mut layout = arrange(figure, columns, frame_width);
+    for _ in 0..2 {
+        let excess = layout.width_pt - width_pt;
+        frame_width = (frame_width - excess / columns as f64).max(10.0);
+        layout = arrange(figure, columns, frame_width);
+    }
+    layout.width_pt = width_pt;
+    layout
+}
+
+fn arrange(figure: &Figure, columns: usize, frame_width: f64) -> Layout<'_> {
+    let frame_height = (frame_width * figure.panel_aspect).max(10.0);
+    let mut placed: Vec<Placed> =
+        figure.panels.iter().map(|panel| ticked(panel, frame_width, frame_height)).collect();
+    let needs: Vec<Margins> = placed.iter().map(Margins::of).collect();
+    let rows = placed.len().div_ceil(columns);
+
+    let largest = |in_group: &dyn Fn(usize) -> bool, side: &dyn Fn(&Margins) -> f64| {
+        needs.iter().enumerate().filter(|(i, _)| in_group(*i)).map(|(_, m)| side(m)).fold(0.0, f64::max)
+    };
+    let mut x = 0.5 * GAP_PT;
+    let mut lefts = Vec::new();
+    for column in 0..columns {
+        let mine = |i: usize| i % columns == column;
+        let left = largest(&mine, &|m| m.left);
+        lefts.push((x + left, left));
+        x += left + frame_width + largest(&mine, &|m| m.right) + GAP_PT;
+    }
+    let mut y = 0.5 * GAP_PT;
+    for row in 0..rows {
+        let mine = |i: usize| i / columns == row;
+        y += largest(&mine, &|m| m.top);
+        for (i, place) in placed.iter_mut().enumerate().filter(|(i, _)| mine(*i)) {
+            let (frame_x, left) = lefts[i % columns];
+            place.move_to(frame_x, y, left);
+            let over = match place.panel.colour_bar.as_ref().map(|bar| bar.side) {
+                Some(Side::TopOver(panels)) => panels.saturating_sub(1),
+                _ => 0,
+            };
+            place.bar_right_pt = lefts[(i % columns + over).min(columns - 1)].0 + frame_width;
+        }
+        y += frame_height + largest(&mine, &|m| m.bottom) + GAP_PT;
+    }
+    Layout { width_pt: x - 0.5 * GAP_PT, height_pt: (y - 0.5 * GAP_PT).max(GAP_PT), placed }
+}
+
+/// A panel of that size at the page's corner, with its ticks chosen.
+fn ticked(panel: &Panel, width: f64, height: f64) -> Placed<'_> {
+    let ((x_low, x_high), (y_low, y_high)) = panel.limits();
+    let x = Span { scale: panel.x.scale, low: x_low, high: x_high, start_pt: 0.0, end_pt: width };
+    let y = Span { scale: panel.y.scale, low: y_low, high: y_high, start_pt: height, end_pt: 0.0 };
+    Placed {
+        panel,
+        frame: Rect { x: 0.0, y: 0.0, width, height },
+        x_ticks: Ticks::for_span(&x, Direction::Horizontal, SMALL_PT),
+        y_ticks: Ticks::for_span(&y, Direction::Vertical, SMALL_PT),
+        x,
+        y,
+        left_pt: 0.0,
+        bar_right_pt: width,
+    }
+}
+
+impl Placed<'_> {
+    fn move_to(&mut self, x: f64, y: f64, left: f64) {
+        let Rect { width, height, .. } = self.frame;
+        self.frame = Rect { x, y, width, height };
+        (self.x.start_pt, self.x.end_pt) = (x, x + width);
+        (self.y.start_pt, self.y.end_pt) = (y + height, y);
+        self.left_pt = left;
+    }
+}
+
+/// Width of the widest label.
+pub(super) fn widest_pt(ticks: &Ticks) -> f64 {
+    ticks.major.iter().map(|(_, label)| width_pt(label, SMALL_PT)).fold(0.0, f64::max)
+}
+
+impl Margins {
+    fn of(place: &Placed) -> Self {
+        let Placed { panel, frame, x, .. } = place;
+        let line = |shown: bool, size: f64| if shown { LABEL_GAP_PT + LINE_HEIGHT * size } else { 0.0 };
+        let mut margins = Self {
+            left: line(!panel.y.label.is_empty(), LABEL_PT),
+            bottom: line(!panel.x.label.is_empty(), LABEL_PT),
+            top: line(!panel.title.is_empty(), LABEL_PT),
+            right: 0.0,
+        };
+        if panel.y.tick_labels {
+            margins.left += TICK_GAP_PT + widest_pt(&place.y_ticks);
+            margins.top = margins.top.max(0.4 * SMALL_PT);
+        }
+        if panel.x.tick_labels {
+            margins.bottom += TICK_GAP_PT + SMALL_PT;
+            for (value, label) in &place.x_ticks.major {
+                let (middle, half) = (x.at(*value).unwrap_or(0.0), 0.5 * width_pt(label, SMALL_PT));
+                margins.left = margins.left.max(half - middle);
+                margins.right = margins.right.max(middle + half - frame.width);
+            }
+        }
+        let tick_line = TICK_GAP_PT + SMALL_PT;
+        if let Some(top) = &panel.top {
+            for (value, label) in top.major.iter().filter(|(value, _)| x.contains(*value)) {
+                let end = x.at(*value).unwrap_or(0.0) + 0.5 * width_pt(label, SMALL_PT);
+                margins.right = margins.right.max(end - frame.width);
+            }
+            margins.top += tick_line + line(!top.label.is_empty(), LABEL_PT);
+        }
+        if let Some(bar) = &panel.colour_bar {
+            let label = line(!bar.label.is_empty(), LABEL_PT);
+            let ticks = bar.norm.ticks(frame.height, 0.0, Direction::Vertical, SMALL_PT);
+            match bar.side {
+                Side::Right => margins.right += BAR_GAP_PT + BAR_PT + TICK_GAP_PT + widest_pt(&ticks) + label,
+                Side::Top | Side::TopOver(_) => margins.top += BAR_GAP_PT + BAR_PT + tick_line + label,
+            }
+        }
+        margins
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::Axis;
+
+    fn figure(columns: usize, panels: usize) -> Figure {
+        let panel = Panel::new(Axis { limits: Some((0.0, 1.0)), ..Axis::linear("x") }, Axis::log("y"));
+        Figure { panels: vec![panel; panels], columns, ..Figure::full_width("test") }
+    }
+
+    #[test]
+    fn panels_fill_the_width_and_do_not_overlap() {
+        for (columns, panels) in [(1, 1), (2, 3), (3, 6)] {
+            let figure = figure(columns, panels);
+            let layout = lay_out(&figure);
+            let right = layout.placed.iter().map(|p| p.frame.right()).fold(0.0, f64::max);
+            assert!(right < layout.width_pt && right > layout.width_pt - 15.0, "{columns}: {right}");
+            for (i, a) in layout.placed.iter().enumerate() {
+                assert!(a.frame.x >= a.left_pt && a.frame.bottom() < layout.height_pt);
+                for b in &layout.placed[i + 1..] {
+                    let apart = a.frame.right() < b.frame.x || a.frame.bottom() < b.frame.y;
+                    assert!(apart, "{columns} columns");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_figure_without_panels_has_a_page() {
+        let figure = figure(2, 0);
+        assert!(lay_out(&figure).height_pt > 0.0);
+    }
+}

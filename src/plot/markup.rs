@@ -1,0 +1,132 @@
+//! A tiny markup for labels: `κ_{os}` lowers, `10^{-3}` raises; everything else is literal text.
+
+use super::font::advance_em;
+
+/// Size of a script relative to the line it belongs to.
+const SCRIPT_SIZE: f64 = 0.72;
+/// Baseline of a superscript above the line's, in em of the line.
+const RAISE_EM: f64 = 0.36;
+/// Baseline of a subscript below the line's, in em of the line.
+const LOWER_EM: f64 = 0.18;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Level {
+    Line,
+    Raised,
+    Lowered,
+}
+
+impl Level {
+    /// Offset of the baseline in em, positive down as in SVG.
+    fn offset_em(self) -> f64 {
+        match self {
+            Self::Line => 0.0,
+            Self::Raised => -RAISE_EM,
+            Self::Lowered => LOWER_EM,
+        }
+    }
+
+    fn relative_size(self) -> f64 {
+        if self == Self::Line { 1.0 } else { SCRIPT_SIZE }
+    }
+}
+
+/// Splits a label into runs of one level; an opening without its `}` is literal text.
+fn runs(label: &str) -> Vec<(Level, &str)> {
+    let mut runs = Vec::new();
+    let (mut rest, mut searched) = (label, 0);
+    while let Some(found) = rest.get(searched..).and_then(|tail| tail.find(['_', '^'])) {
+        let start = searched + found;
+        let script = rest[start + 1..].strip_prefix('{').and_then(|tail| tail.split_once('}'));
+        let Some((inside, after)) = script else {
+            searched = start + 1;
+            continue;
+        };
+        let level = if rest.as_bytes()[start] == b'^' { Level::Raised } else { Level::Lowered };
+        runs.extend([(Level::Line, &rest[..start]), (level, inside)]);
+        (rest, searched) = (after, 0);
+    }
+    runs.push((Level::Line, rest));
+    runs.retain(|(_, text)| !text.is_empty());
+    runs
+}
+
+/// The inside of an SVG `<text>`: escaped text, scripts as `<tspan>` with relative `dy`.
+///
+/// `dy` and not `baseline-shift`, because Firefox lacks the latter.
+pub(super) fn tspans(label: &str, size_pt: f64) -> String {
+    let mut out = String::new();
+    let mut level_now = Level::Line;
+    for (level, text) in runs(label) {
+        if level == Level::Line && level_now == Level::Line {
+            out.push_str(&escape(text));
+            continue;
+        }
+        let dy_pt = size_pt * (level.offset_em() - level_now.offset_em());
+        let run_size_pt = size_pt * level.relative_size();
+        out.push_str(&format!(
+            "<tspan dy=\"{dy_pt:.2}\" font-size=\"{run_size_pt:.2}\">{}</tspan>",
+            escape(text)
+        ));
+        level_now = level;
+    }
+    out
+}
+
+/// Width of a label in points, from the widths of the embedded font.
+pub(super) fn width_pt(label: &str, size_pt: f64) -> f64 {
+    let run_em =
+        |(level, text): (Level, &str)| level.relative_size() * text.chars().map(advance_em).sum::<f64>();
+    size_pt * runs(label).into_iter().map(run_em).sum::<f64>()
+}
+
+/// Escapes what XML reserves, and drops the control characters it forbids.
+pub(super) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            control if control.is_control() => out.push(' '),
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scripts_move_the_baseline_there_and_back() {
+        assert_eq!(
+            tspans("M_{⊙}/Mpc^{-3} h", 10.0),
+            "M<tspan dy=\"1.80\" font-size=\"7.20\">⊙</tspan>\
+             <tspan dy=\"-1.80\" font-size=\"10.00\">/Mpc</tspan>\
+             <tspan dy=\"-3.60\" font-size=\"7.20\">-3</tspan>\
+             <tspan dy=\"3.60\" font-size=\"10.00\"> h</tspan>"
+        );
+    }
+
+    #[test]
+    fn an_unfinished_script_is_literal() {
+        assert_eq!(tspans("a_b ^{c", 10.0), "a_b ^{c");
+        assert_eq!(runs("a_b^{2}"), [(Level::Line, "a_b"), (Level::Raised, "2")]);
+    }
+
+    #[test]
+    fn reserved_characters_are_escaped() {
+        assert_eq!(tspans("a<b & \"c\">", 10.0), "a&lt;b &amp; &quot;c&quot;&gt;");
+        assert_eq!(escape("\u{1}"), " ");
+    }
+
+    #[test]
+    fn scripts_are_narrower_than_the_line() {
+        assert_eq!(width_pt("00", 10.0), 20.0 * 1303.0 / 2048.0);
+        assert_eq!(width_pt("0^{0}", 10.0), 10.0 * (1.0 + SCRIPT_SIZE) * 1303.0 / 2048.0);
+        assert_eq!(width_pt("", 10.0), 0.0);
+    }
+}

@@ -1,0 +1,253 @@
+//! The SVG writer: shapes and text in points on a page measured in millimetres.
+
+use std::fmt::Write;
+
+use super::colour::{Colour, Dash, Stroke};
+use super::font::FAMILY;
+use super::markup::{escape, tspans};
+use super::ticks::Direction;
+
+/// Points in a millimetre.
+pub(super) const PT_PER_MM: f64 = 72.0 / 25.4;
+
+/// A rectangle on the page in points, y down.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Rect {
+    pub x: f64,
+    pub y: f64,
+    pub width: f64,
+    pub height: f64,
+}
+
+impl Rect {
+    pub fn right(&self) -> f64 {
+        self.x + self.width
+    }
+
+    pub fn bottom(&self) -> f64 {
+        self.y + self.height
+    }
+
+    /// True if a mark of a few points' size at that place may show inside.
+    pub fn reaches(&self, (x, y): (f64, f64)) -> bool {
+        const MARK_PT: f64 = 10.0;
+        (self.x - MARK_PT..self.right() + MARK_PT).contains(&x)
+            && (self.y - MARK_PT..self.bottom() + MARK_PT).contains(&y)
+    }
+}
+
+/// Which point of a text its coordinates name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// Left end.
+    Start,
+    /// Middle.
+    Middle,
+    /// Right end.
+    End,
+}
+
+/// How a text is written.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TextStyle {
+    pub size_pt: f64,
+    pub anchor: Anchor,
+    pub colour: Colour,
+    /// Turned by 90° to read upwards.
+    pub upwards: bool,
+    /// Colour of a thin outline that keeps the text legible on a raster.
+    pub halo: Option<Colour>,
+}
+
+/// An SVG document being written.
+pub(super) struct Svg {
+    text: String,
+    ids: usize,
+}
+
+impl Svg {
+    pub fn new(width_pt: f64, height_pt: f64, title: &str) -> Self {
+        let (width, height) = (number(width_pt), number(height_pt));
+        let (width_mm, height_mm) = (number(width_pt / PT_PER_MM), number(height_pt / PT_PER_MM));
+        let text = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_mm}mm\" height=\"{height_mm}mm\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILY}\" xml:space=\"preserve\">\n\
+             <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
+            escape(title)
+        );
+        Self { text, ids: 0 }
+    }
+
+    pub fn finish(mut self) -> String {
+        self.text.push_str("</svg>\n");
+        self.text
+    }
+
+    /// Writing into a `String` cannot fail, so the result carries nothing.
+    fn put(&mut self, element: std::fmt::Arguments<'_>) {
+        let _ = self.text.write_fmt(element);
+        self.text.push('\n');
+    }
+
+    /// Everything until [`Svg::end_clip`] shows only inside the rectangle.
+    pub fn begin_clip(&mut self, to: Rect) {
+        self.ids += 1;
+        let id = self.ids;
+        self.put(format_args!(
+            "<clipPath id=\"id{id}\"><rect {}/></clipPath><g clip-path=\"url(#id{id})\">",
+            place(to)
+        ));
+    }
+
+    pub fn end_clip(&mut self) {
+        self.put(format_args!("</g>"));
+    }
+
+    pub fn stroked_path(&mut self, d: &str, stroke: Stroke) {
+        if !d.is_empty() {
+            self.put(format_args!("<path d=\"{d}\" fill=\"none\"{}/>", stroking(stroke)));
+        }
+    }
+
+    pub fn filled_path(&mut self, d: &str, colour: Colour, opacity: f64) {
+        if !d.is_empty() {
+            self.put(format_args!(
+                "<path d=\"{d}\" fill=\"{colour}\" fill-opacity=\"{}\"/>",
+                number(opacity)
+            ));
+        }
+    }
+
+    pub fn filled_rect(&mut self, rect: Rect, colour: Colour, opacity: f64) {
+        self.put(format_args!(
+            "<rect {} fill=\"{colour}\" fill-opacity=\"{}\"/>",
+            place(rect),
+            number(opacity)
+        ));
+    }
+
+    pub fn stroked_rect(&mut self, rect: Rect, stroke: Stroke) {
+        self.put(format_args!("<rect {} fill=\"none\"{}/>", place(rect), stroking(stroke)));
+    }
+
+    pub fn stroked_ellipse(&mut self, (x, y): (f64, f64), (rx, ry): (f64, f64), stroke: Stroke) {
+        let (x, y, rx, ry) = (number(x), number(y), number(rx), number(ry));
+        self.put(format_args!(
+            "<ellipse cx=\"{x}\" cy=\"{y}\" rx=\"{rx}\" ry=\"{ry}\" fill=\"none\"{}/>",
+            stroking(stroke)
+        ));
+    }
+
+    pub fn disc(&mut self, (x, y): (f64, f64), radius_pt: f64, colour: Colour, opacity: f64) {
+        let (x, y, r, opacity) = (number(x), number(y), number(radius_pt), number(opacity));
+        self.put(format_args!(
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{colour}\" fill-opacity=\"{opacity}\"/>"
+        ));
+    }
+
+    /// A path of round dots, one for each subpath `Mx yh0`; overlaps do not darken.
+    pub fn dots(&mut self, d: &str, diameter_pt: f64, colour: Colour, opacity: f64) {
+        if !d.is_empty() {
+            self.put(format_args!(
+                "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\" stroke-linecap=\"round\" \
+                 stroke-opacity=\"{}\"/>",
+                number(diameter_pt),
+                number(opacity)
+            ));
+        }
+    }
+
+    /// A picture given as data URI, stretched over the rectangle, each pixel with sharp edges.
+    pub fn image(&mut self, at: Rect, uri: &str) {
+        self.put(format_args!(
+            "<image {} preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"{uri}\"/>",
+            place(at)
+        ));
+    }
+
+    /// A rectangle filled with colours from left to right or from the bottom up.
+    pub fn gradient_rect(&mut self, rect: Rect, colours: &[Colour], direction: Direction) {
+        self.ids += 1;
+        let id = self.ids;
+        let end = match direction {
+            Direction::Horizontal => "x2=\"1\" y2=\"0\"",
+            Direction::Vertical => "y1=\"1\" x2=\"0\" y2=\"0\"",
+        };
+        let last = colours.len().saturating_sub(1).max(1) as f64;
+        let stop = |(i, colour)| format!("<stop offset=\"{:.4}\" stop-color=\"{colour}\"/>", i as f64 / last);
+        let stops: String = colours.iter().enumerate().map(stop).collect();
+        self.put(format_args!("<linearGradient id=\"id{id}\" {end}>{stops}</linearGradient>"));
+        self.put(format_args!("<rect {} fill=\"url(#id{id})\"/>", place(rect)));
+    }
+
+    /// A label in markup, its baseline at `y`.
+    pub fn text(&mut self, (x, y): (f64, f64), label: &str, style: TextStyle) {
+        if label.is_empty() {
+            return;
+        }
+        let (x, y, size) = (number(x), number(y), number(style.size_pt));
+        let anchor = match style.anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let turn = if style.upwards { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
+        let halo = style.halo.map_or(String::new(), |colour| {
+            let width = number(0.22 * style.size_pt);
+            format!(" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\" paint-order=\"stroke\"")
+        });
+        self.put(format_args!(
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{}\"{halo}{turn}>{}</text>",
+            style.colour,
+            tspans(label, style.size_pt)
+        ));
+    }
+}
+
+/// A number with at most two decimals (0.01 pt is 4 µm); what is not finite becomes 0.
+pub(super) fn number(value: f64) -> String {
+    if !value.is_finite() {
+        return "0".into();
+    }
+    let text = format!("{value:.2}");
+    match text.trim_end_matches('0').trim_end_matches('.') {
+        "-0" => "0".into(),
+        trimmed => trimmed.into(),
+    }
+}
+
+fn place(rect: Rect) -> String {
+    let (x, y, width, height) = (number(rect.x), number(rect.y), number(rect.width), number(rect.height));
+    format!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"")
+}
+
+fn stroking(stroke: Stroke) -> String {
+    let w = stroke.width_pt;
+    let dash = match stroke.dash {
+        Dash::Solid => String::new(),
+        Dash::Dashed => format!(" stroke-dasharray=\"{} {}\"", number(1.5 + 3.0 * w), number(1.0 + 1.5 * w)),
+        Dash::Dotted => format!(" stroke-dasharray=\"{} {}\"", number(w), number(0.8 + w)),
+    };
+    format!(" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\"{dash}", stroke.colour, number(w))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_never_nan() {
+        assert_eq!(number(1.0), "1");
+        assert_eq!(number(-0.001), "0");
+        assert_eq!(number(100.0), "100");
+        assert_eq!(number(12.345678), "12.35");
+        assert_eq!(number(f64::NAN), "0");
+    }
+
+    #[test]
+    fn the_title_is_escaped_and_the_page_measured_in_millimetres() {
+        let svg = Svg::new(174.0 * PT_PER_MM, 100.0, "a < b & c").finish();
+        assert!(svg.contains("width=\"174mm\""));
+        assert!(svg.contains("<title>a &lt; b &amp; c</title>"));
+    }
+}
