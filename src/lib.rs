@@ -1,5 +1,6 @@
 //! haloray simulates what every dark-matter halo along a line of sight does to a strong-lensing image.
 
+pub mod config;
 pub mod constants;
 pub mod cosmology;
 pub mod diagnostics;

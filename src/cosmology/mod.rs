@@ -7,4 +7,4 @@ pub mod linear;
 pub mod variance;
 
 pub use background::{Background, BackgroundParameters};
-pub use linear::{LinearTheory, StructureParameters};
+pub use linear::{LinearTheory, MASS_MAX_MSUN, MASS_MIN_MSUN, StructureParameters};

@@ -1,6 +1,8 @@
 //! Which haloes to expect where: a cylinder around the axis, cut into thin slabs, each with its mass function.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::mass_table::MassTable;
 use super::nfw_parameters::NfwScaling;
@@ -21,13 +23,14 @@ pub struct PopulationLimits {
     pub mass_max_msun: f64,
 }
 
-/// Does the mass function change along the line of sight?
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Do mass function and concentration change along the line of sight?
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Epoch {
-    /// Frozen at this redshift everywhere.
-    Frozen(f64),
-    /// Evaluated at the redshift of each slab.
+    /// Those of the redshift of each slab or halo.
     Evolving,
+    /// Those of this redshift everywhere.
+    FrozenZ(f64),
 }
 
 /// A Poisson process of haloes: comoving number density per ln M in a cylinder from observer to source.
@@ -83,7 +86,7 @@ impl Population {
             .collect::<Result<_>>()?;
         let redshift = UniformSpline::new(0.0, slab_cmpc, &redshifts)?;
         let tables = match epoch {
-            Epoch::Frozen(z) => vec![at(z)],
+            Epoch::FrozenZ(z) => vec![at(z)],
             Epoch::Evolving => (0..SLABS)
                 .into_par_iter()
                 .map(|i| at(redshift.value(slab_cmpc * (i as f64 + 0.5))))

@@ -1,0 +1,325 @@
+//! Every key of the configuration, its unit and its domain.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::cosmology::{Background, MASS_MAX_MSUN, MASS_MIN_MSUN, StructureParameters};
+use crate::diagnostics::MapGrid;
+use crate::error::{Error, Result, require};
+use crate::halo::concentration::ConcentrationModel;
+use crate::halo::mass_function::MassFunctionModel;
+use crate::halo::{Epoch, MassDefinition, PopulationLimits};
+use crate::imaging::{Instrument, PixelSampling, SkyGrid};
+
+/// The masses of drawn and imported haloes are M200c.
+pub const HALO_MASS_DEFINITION: MassDefinition = MassDefinition::Critical(200.0);
+
+/// A resolved configuration: a preset overlaid with a user's file and command-line options.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Distances: flat ΛCDM without radiation.
+    pub cosmology: Background,
+    /// Linear theory behind mass function and concentration.
+    pub structure: StructureParameters,
+    /// The halo population, or the user's own catalogue.
+    pub haloes: HaloConfig,
+    /// Redshifts of lens and source, and the compensating sheets.
+    pub line_of_sight: LineOfSightConfig,
+    /// Scale and thresholds of the diagnostics.
+    pub diagnostics: DiagnosticsConfig,
+    /// The main lens.
+    pub lens: LensConfig,
+    /// The source.
+    pub source: LightConfig,
+    /// Light of the lens galaxy, centred on the lens; none when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lens_light: Option<LightConfig>,
+    /// Camera and exposure.
+    pub instrument: Instrument,
+    /// The images.
+    pub image: ImageConfig,
+    /// Grid of the κ, γ, ω, F, G, Δ maps.
+    pub maps: MapGrid,
+}
+
+/// The halo population.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HaloConfig {
+    /// A halo table of your own (CSV, HDF5, FITS) to use instead of a draw.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub catalogue: Option<PathBuf>,
+    /// Apply the point-lens shear cut to an imported catalogue given by mass (a draw always applies it).
+    #[serde(default)]
+    pub cut_imported: bool,
+    /// How haloes are drawn.
+    pub draw: Draw,
+    /// Mass function.
+    pub mass_function: MassFunctionModel,
+    /// Mass definition of the mass function, such as "200c"; haloes are taken as M200c.
+    pub mass_definition: MassDefinition,
+    /// Mass–concentration relation.
+    pub concentration: ConcentrationModel,
+    /// Log-normal scatter of the concentration, dex.
+    pub concentration_scatter_dex: f64,
+    /// Do mass function and concentration evolve? "evolving" or { frozen_z = 0.5 }.
+    pub epoch: Epoch,
+    /// Smallest M200c drawn.
+    pub mass_min_msun: f64,
+    /// Largest M200c drawn.
+    pub mass_max_msun: f64,
+    /// H0 by which relations computed in h-units are converted; that of [structure] when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub h_units_h0_km_s_mpc: Option<f64>,
+    /// Comoving radius of the cylinder around the axis.
+    pub radius_cmpc: f64,
+    /// Keep haloes whose point-lens shear on the axis is at least this; 0 keeps all.
+    pub min_point_shear: f64,
+    /// Halo profile.
+    pub profile: HaloProfile,
+    /// Truncation radius over scale radius of the truncated profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truncation_over_r_s: Option<f64>,
+    /// Leave out haloes whose own convergence on the axis exceeds this; all stay when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_kappa: Option<f64>,
+}
+
+/// How haloes are drawn; both give the same Poisson process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Draw {
+    /// Only the haloes that pass the cut (milliseconds).
+    Direct,
+    /// All haloes of the cylinder, then the cut (about a second for ten million).
+    BruteForce,
+}
+
+/// Density profile of the haloes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum HaloProfile {
+    /// Navarro–Frenk–White.
+    Nfw,
+    /// Truncated NFW of Baltz et al. 2009.
+    TruncatedNfw,
+}
+
+/// Redshifts and sheets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineOfSightConfig {
+    /// Redshift of the main lens.
+    pub z_lens: f64,
+    /// Redshift of the source.
+    pub z_source: f64,
+    /// Compensating sheet of every halo plane.
+    pub sheets: SheetModel,
+}
+
+/// The sheet of negative convergence in every halo plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SheetModel {
+    /// −κ_h(0): the halo's own convergence on the axis (the paper).
+    OnAxis,
+    /// None.
+    None,
+    /// The expected mass of the mass function in the plane's share of the line of sight.
+    MeanDensity,
+}
+
+/// Scale and thresholds of the diagnostics.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DiagnosticsConfig {
+    /// Angular scale of Δ.
+    pub theta_e_arcsec: f64,
+    /// Haloes with Δ_h of at least this are beyond the tidal regime.
+    pub delta_threshold: f64,
+    /// Haloes with κ_h above this are reported.
+    pub kappa_warning: f64,
+}
+
+/// The main lens, an elliptical power law.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LensConfig {
+    /// Einstein radius.
+    pub einstein_radius_arcsec: f64,
+    /// Logarithmic slope γ of the density, 1 < γ < 3.
+    pub slope: f64,
+    /// Ellipticity (1−q)/(1+q)·cos 2φ; drawn from the seed when left out (give both or none).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub e1: Option<f64>,
+    /// Ellipticity (1−q)/(1+q)·sin 2φ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub e2: Option<f64>,
+}
+
+/// An elliptical Sérsic light profile.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LightConfig {
+    /// Total apparent magnitude.
+    pub magnitude: f64,
+    /// Half-light radius.
+    pub radius_arcsec: f64,
+    /// Sérsic index, 0.3 to 10.
+    pub sersic_index: f64,
+    /// Ellipticity (1−q)/(1+q)·cos 2φ; drawn from the seed when left out (lens light: that of the lens).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub e1: Option<f64>,
+    /// Ellipticity (1−q)/(1+q)·sin 2φ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub e2: Option<f64>,
+}
+
+/// The images.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImageConfig {
+    /// Pixels a side.
+    pub pixels: usize,
+    /// Sum of the brightness over a pixel.
+    pub pixel_sampling: PixelSampling,
+}
+
+impl Config {
+    /// Checks every number; names are dotted key paths so that [`super::load`] can add the line.
+    ///
+    /// # Errors
+    /// The first key outside its domain.
+    pub fn validate(&self) -> Result<()> {
+        let los = &self.line_of_sight;
+        require(los.z_source > 0.0 && los.z_source <= 20.0, "line_of_sight.z_source", los.z_source, "above 0 and at most 20")?;
+        require(
+            los.z_lens > 0.0 && los.z_lens < los.z_source,
+            "line_of_sight.z_lens",
+            los.z_lens,
+            &format!("above 0 and below z_source = {}", los.z_source),
+        )?;
+        self.haloes.validate(&self.structure, los.z_source)?;
+        let d = &self.diagnostics;
+        require(d.theta_e_arcsec > 0.0, "diagnostics.theta_e_arcsec", d.theta_e_arcsec, "positive")?;
+        require(d.delta_threshold > 0.0, "diagnostics.delta_threshold", d.delta_threshold, "positive")?;
+        require(d.kappa_warning > 0.0, "diagnostics.kappa_warning", d.kappa_warning, "positive")?;
+        let lens = &self.lens;
+        require(
+            lens.einstein_radius_arcsec >= 0.0,
+            "lens.einstein_radius_arcsec",
+            lens.einstein_radius_arcsec,
+            "zero or positive",
+        )?;
+        require(lens.slope > 1.0 && lens.slope < 3.0, "lens.slope", lens.slope, "above 1 and below 3")?;
+        ellipticity("lens", lens.e1, lens.e2)?;
+        self.source.validate("source")?;
+        if let Some(light) = &self.lens_light {
+            light.validate("lens_light")?;
+        }
+        self.instrument.validate()?;
+        SkyGrid::new(self.image.pixels, self.instrument.pixel_scale_arcsec)?;
+        let maps = &self.maps;
+        require((2..=2048).contains(&maps.points), "maps.points", maps.points as f64, "from 2 to 2048")?;
+        require(maps.half_width_arcsec > 0.0, "maps.half_width_arcsec", maps.half_width_arcsec, "positive")
+    }
+}
+
+impl HaloConfig {
+    /// Geometry and limits for [`crate::halo::Population`].
+    pub fn limits(&self) -> PopulationLimits {
+        PopulationLimits {
+            radius_cmpc: self.radius_cmpc,
+            min_point_shear: self.min_point_shear,
+            mass_min_msun: self.mass_min_msun,
+            mass_max_msun: self.mass_max_msun,
+        }
+    }
+
+    fn validate(&self, structure: &StructureParameters, z_source: f64) -> Result<()> {
+        let tabulated = format!("from {MASS_MIN_MSUN:e} to {MASS_MAX_MSUN:e}");
+        let inside = |m: f64| (MASS_MIN_MSUN..=MASS_MAX_MSUN).contains(&m);
+        require(inside(self.mass_min_msun), "haloes.mass_min_msun", self.mass_min_msun, &tabulated)?;
+        require(inside(self.mass_max_msun), "haloes.mass_max_msun", self.mass_max_msun, &tabulated)?;
+        require(
+            self.mass_max_msun > self.mass_min_msun,
+            "haloes.mass_max_msun",
+            self.mass_max_msun,
+            &format!("above haloes.mass_min_msun = {:e}", self.mass_min_msun),
+        )?;
+        require(self.radius_cmpc > 0.0, "haloes.radius_cmpc", self.radius_cmpc, "positive")?;
+        require(self.min_point_shear >= 0.0, "haloes.min_point_shear", self.min_point_shear, "zero or positive")?;
+        let scatter = self.concentration_scatter_dex;
+        require(
+            (0.0..=1.0).contains(&scatter),
+            "haloes.concentration_scatter_dex",
+            scatter,
+            "from 0 to 1",
+        )?;
+        let z_max = match self.epoch {
+            Epoch::Evolving => z_source,
+            Epoch::FrozenZ(z) => {
+                require((0.0..=20.0).contains(&z), "haloes.epoch.frozen_z", z, "from 0 to 20")?;
+                z
+            }
+        };
+        if let Some(kappa) = self.max_kappa {
+            require(kappa > 0.0, "haloes.max_kappa", kappa, "positive, or left out to keep all haloes")?;
+        }
+        match (self.profile, self.truncation_over_r_s) {
+            (HaloProfile::TruncatedNfw, None) => {
+                return Err(Error::out_of_range(
+                    "haloes.truncation_over_r_s",
+                    "missing",
+                    "given when haloes.profile = \"truncated-nfw\", and positive",
+                ));
+            }
+            (_, Some(tau)) => require(tau > 0.0, "haloes.truncation_over_r_s", tau, "positive")?,
+            (HaloProfile::Nfw, None) => {}
+        }
+        self.validate_relations(structure, z_max)
+    }
+
+    /// Builds the relations once, so that a mass definition they do not cover is found before any work.
+    fn validate_relations(&self, structure: &StructureParameters, z_max: f64) -> Result<()> {
+        let background = Background::new(structure.h0_km_s_mpc, structure.omega_m)?;
+        self.mass_function.build(self.mass_definition, background, z_max)?;
+        self.concentration.build(HALO_MASS_DEFINITION)?;
+        Ok(())
+    }
+}
+
+impl LightConfig {
+    fn validate(&self, table: &str) -> Result<()> {
+        require(self.magnitude.is_finite(), &format!("{table}.magnitude"), self.magnitude, "finite")?;
+        require(self.radius_arcsec > 0.0, &format!("{table}.radius_arcsec"), self.radius_arcsec, "positive")?;
+        require(
+            (0.3..=10.0).contains(&self.sersic_index),
+            &format!("{table}.sersic_index"),
+            self.sersic_index,
+            "from 0.3 to 10",
+        )?;
+        ellipticity(table, self.e1, self.e2)
+    }
+}
+
+fn ellipticity(table: &str, e1: Option<f64>, e2: Option<f64>) -> Result<()> {
+    match (e1, e2) {
+        (None, None) => Ok(()),
+        (Some(e1), Some(e2)) => {
+            require(e1.hypot(e2) < 1.0, &format!("{table}.e1"), e1, "such that √(e1² + e2²) is below 1")
+        }
+        (Some(_), None) => Err(Error::out_of_range(&format!("{table}.e2"), "missing", "given together with e1")),
+        (None, Some(_)) => Err(Error::out_of_range(&format!("{table}.e1"), "missing", "given together with e2")),
+    }
+}
+
+/// The JSON schema of the configuration, for editors and validators.
+pub fn json_schema() -> serde_json::Value {
+    schemars::schema_for!(Config).to_value()
+}
