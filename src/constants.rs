@@ -25,8 +25,8 @@ pub const DAY_S: f64 = 86_400.0;
 pub const MPC_OVER_C_DAYS: f64 = PARSEC_M * 1e6 / (SPEED_OF_LIGHT_KM_S * 1e3) / DAY_S;
 
 /// Critical density today divided by H0², Msun/Mpc³/(km/s/Mpc)²: 3/(8πG).
-pub const CRITICAL_DENSITY_MSUN_MPC3_PER_H0_SQUARED: f64 = 3.0 * 1e6 * PARSEC_M * 1e6
-    / (8.0 * std::f64::consts::PI * GM_SUN_M3_S2);
+pub const CRITICAL_DENSITY_MSUN_MPC3_PER_H0_SQUARED: f64 =
+    3.0 * 1e6 * PARSEC_M * 1e6 / (8.0 * std::f64::consts::PI * GM_SUN_M3_S2);
 
 #[cfg(test)]
 mod tests {

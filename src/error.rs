@@ -117,9 +117,5 @@ impl Error {
 
 /// Checks that a value is finite and satisfies `condition`, or says what is allowed.
 pub fn require(condition: bool, what: &str, value: f64, allowed: &str) -> Result<()> {
-    if condition && value.is_finite() {
-        Ok(())
-    } else {
-        Err(Error::out_of_range(what, value, allowed))
-    }
+    if condition && value.is_finite() { Ok(()) } else { Err(Error::out_of_range(what, value, allowed)) }
 }
