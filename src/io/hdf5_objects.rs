@@ -78,6 +78,7 @@ pub(super) fn write_f64(
         let what = format!("the number of values for dataset {name}");
         return Err(Error::out_of_range(&what, data.len(), &format!("that of the shape {shape:?}")));
     }
+    refuse_second(path, group, name)?;
     let mut builder = group.new_dataset_builder().obj_track_times(false);
     if !data.is_empty() {
         builder = builder.chunk(chunk_shape(shape)).shuffle().deflate(DEFLATE_LEVEL);
@@ -93,6 +94,14 @@ pub(super) fn write_f64(
             Ok(dataset)
         })
         .map_err(|error| Error::write(path, format!("dataset {name}: {}", reason(&error))))
+}
+
+/// Names a doubled dataset; HDF5's own reason is lost when creation fails.
+fn refuse_second(path: &Path, group: &Group, name: &str) -> Result<()> {
+    if group.link_exists(name) {
+        return Err(Error::write(path, format!("dataset {name} exists already in {}", group.name())));
+    }
+    Ok(())
 }
 
 /// Whole rows, about [`CHUNK_LENGTH`] values.
@@ -112,6 +121,7 @@ pub(super) fn write_text(path: &Path, group: &Group, name: &str, text: &[String]
     let failed = |problem: String| Error::write(path, format!("dataset {name}: {problem}"));
     let text: std::result::Result<Vec<_>, _> = text.iter().map(|t| VarLenUnicode::from_str(t)).collect();
     let text = text.map_err(|error| failed(error.to_string()))?;
+    refuse_second(path, group, name)?;
     let builder = group.new_dataset_builder().obj_track_times(false).empty::<VarLenUnicode>();
     let written = builder.shape(text.len()).create(name).and_then(|dataset| {
         dataset.write_raw(&text)?;
@@ -211,11 +221,13 @@ pub(super) fn damaged(path: &Path, error: &hdf5::Error) -> Error {
     }
 }
 
-/// HDF5's innermost message: the one nearest to the cause (`No space left on device`).
+/// HDF5's innermost message, the one nearest to the cause (`No space left on device`).
 fn reason(error: &hdf5::Error) -> String {
-    let stack = error.stack();
-    let innermost = stack.as_ref().and_then(|stack| stack.last());
-    innermost.map_or_else(|| error.to_string(), |frame| frame.desc().into())
+    match (error, error.stack().as_ref().and_then(|stack| stack.last())) {
+        (_, Some(frame)) => frame.desc().into(),
+        (hdf5::Error::Internal(message), _) => message.clone(),
+        _ => "HDF5 gave no reason; a full disk is likely".into(),
+    }
 }
 
 #[cfg(test)]

@@ -308,6 +308,6 @@ mod tests {
         let run = RunFile::create(&folder.path().join("run.h5"), &provenance).unwrap();
         run.write_1d("rays", "x", &[1.0], "", "").unwrap();
         let error = run.write_1d("rays", "x", &[2.0], "", "").unwrap_err().to_string();
-        assert!(error.contains("dataset x: ") && error.contains("exist"), "{error}");
+        assert!(error.contains("dataset x exists already in /rays"), "{error}");
     }
 }
