@@ -78,7 +78,14 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 }
 
 /// A full disk means that the run failed; anything else at this point is a bad place.
-pub(super) fn place_error(path: &Path, source: io::Error) -> Error {
+///
+/// `tempfile` adds the temporary path to the system's words; that is taken off.
+pub(super) fn place_error(path: &Path, error: io::Error) -> Error {
+    let text = error.to_string();
+    let source = match text.split_once(" at path ") {
+        Some((reason, _)) => io::Error::new(error.kind(), reason),
+        None => error,
+    };
     match source.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => Error::write(path, source),
         _ => Error::OutputPlace { path: path.into(), source },
@@ -171,6 +178,7 @@ mod tests {
             let error = check_writable(&path).unwrap_err();
             assert!(matches!(error, Error::OutputPlace { .. }), "{error:?}");
             assert!(error.is_bad_input() && error.to_string().contains(reason), "{error}");
+            assert!(!error.to_string().contains(".haloray-"), "{error}");
         }
         check_writable(&folder.path().join("out.csv")).unwrap();
         assert_eq!(names_in(folder.path()), ["protected.csv"]);

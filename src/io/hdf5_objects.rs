@@ -4,7 +4,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use hdf5::plist::group_create::LinkCreationOrder;
-use hdf5::types::{FixedAscii, FixedUnicode, TypeDescriptor, VarLenAscii, VarLenUnicode};
+use hdf5::types::{FixedAscii, FixedUnicode, StringError, TypeDescriptor, VarLenAscii, VarLenUnicode};
 use hdf5::{Container, Dataset, File, Group, IndexType, IterationOrder, Location, MinorErrorCode};
 
 use super::table::Values;
@@ -15,6 +15,8 @@ use crate::error::{Error, Result};
 const CHUNK_LENGTH: usize = 1 << 17;
 /// zlib level; 6 and 9 differ by less than 1% on halo tables.
 const DEFLATE_LEVEL: u8 = 4;
+/// Bytes of the longest text stored with fixed length.
+const LONGEST_FIXED: usize = 1024;
 
 /// Creates an empty file without times in it, replacing a former one.
 pub(super) fn create(path: &Path) -> Result<File> {
@@ -116,19 +118,40 @@ fn chunk_shape(shape: &[usize]) -> Vec<usize> {
     chunk
 }
 
-/// Writes text as variable-length UTF-8, one value a row.
+/// Writes text, one value a row, as UTF-8 of fixed length; only texts over [`LONGEST_FIXED`] bytes
+/// are stored with variable length, which libhdf5 1.10 can crash on when the file is damaged.
 pub(super) fn write_text(path: &Path, group: &Group, name: &str, text: &[String]) -> Result<Dataset> {
-    let failed = |problem: String| Error::write(path, format!("dataset {name}: {problem}"));
-    let text: std::result::Result<Vec<_>, _> = text.iter().map(|t| VarLenUnicode::from_str(t)).collect();
-    let text = text.map_err(|error| failed(error.to_string()))?;
     refuse_second(path, group, name)?;
-    let builder = group.new_dataset_builder().obj_track_times(false).empty::<VarLenUnicode>();
-    let written = builder.shape(text.len()).create(name).and_then(|dataset| {
-        dataset.write_raw(&text)?;
-        dataset.file()?.flush()?;
-        Ok(dataset)
-    });
-    written.map_err(|error| failed(reason(&error)))
+    let width = text.iter().map(String::len).max().unwrap_or(0).max(1);
+    let is_fixed = width <= LONGEST_FIXED;
+    let kind = if is_fixed { TypeDescriptor::FixedUnicode(width) } else { TypeDescriptor::VarLenUnicode };
+    let mut builder = group.new_dataset_builder().obj_track_times(false);
+    if is_fixed && !text.is_empty() {
+        builder = builder.chunk(chunk_shape(&[text.len()])).shuffle().deflate(DEFLATE_LEVEL);
+    }
+    builder
+        .empty_as(&kind)
+        .shape(text.len())
+        .create(name)
+        .and_then(|dataset| {
+            match width {
+                0..=32 => put_text::<FixedUnicode<32>>(&dataset, text),
+                33..=128 => put_text::<FixedUnicode<128>>(&dataset, text),
+                129..=LONGEST_FIXED => put_text::<FixedUnicode<LONGEST_FIXED>>(&dataset, text),
+                _ => put_text::<VarLenUnicode>(&dataset, text),
+            }?;
+            dataset.file()?.flush()?;
+            Ok(dataset)
+        })
+        .map_err(|error| Error::write(path, format!("dataset {name}: {}", reason(&error))))
+}
+
+fn put_text<T>(dataset: &Dataset, text: &[String]) -> hdf5::Result<()>
+where
+    T: hdf5::H5Type + FromStr<Err = StringError>,
+{
+    let converted: std::result::Result<Vec<T>, _> = text.iter().map(|text| text.parse()).collect();
+    dataset.write_raw(&converted.map_err(|error| error.to_string())?)
 }
 
 /// The numbers or text in a dataset, in the order of the file.
@@ -144,9 +167,11 @@ pub(super) fn read_values(path: &Path, container: &Container) -> Result<Values> 
         TypeDescriptor::VarLenUnicode => text::<VarLenUnicode>(container),
         TypeDescriptor::VarLenAscii => text::<VarLenAscii>(container),
         TypeDescriptor::FixedAscii(0..=32) => text::<FixedAscii<32>>(container),
-        TypeDescriptor::FixedAscii(33..=1024) => text::<FixedAscii<1024>>(container),
+        TypeDescriptor::FixedAscii(33..=128) => text::<FixedAscii<128>>(container),
+        TypeDescriptor::FixedAscii(129..=LONGEST_FIXED) => text::<FixedAscii<LONGEST_FIXED>>(container),
         TypeDescriptor::FixedUnicode(0..=32) => text::<FixedUnicode<32>>(container),
-        TypeDescriptor::FixedUnicode(33..=1024) => text::<FixedUnicode<1024>>(container),
+        TypeDescriptor::FixedUnicode(33..=128) => text::<FixedUnicode<128>>(container),
+        TypeDescriptor::FixedUnicode(129..=LONGEST_FIXED) => text::<FixedUnicode<LONGEST_FIXED>>(container),
         other => {
             let problem =
                 format!("{} has type {other}; only numbers and text are supported", container.name());
@@ -221,10 +246,16 @@ pub(super) fn damaged(path: &Path, error: &hdf5::Error) -> Error {
     }
 }
 
-/// HDF5's innermost message, the one nearest to the cause (`No space left on device`).
+/// HDF5's innermost message, the one nearest to the cause.
+///
+/// A failed write is told with time, buffer and offset; only the system's words are kept of that.
 fn reason(error: &hdf5::Error) -> String {
     match (error, error.stack().as_ref().and_then(|stack| stack.last())) {
-        (_, Some(frame)) => frame.desc().into(),
+        (_, Some(frame)) => {
+            let system =
+                frame.desc().split_once("error message = '").and_then(|(_, rest)| rest.split_once('\''));
+            system.map_or(frame.desc(), |(words, _)| words).into()
+        }
         (hdf5::Error::Internal(message), _) => message.clone(),
         _ => "HDF5 gave no reason; a full disk is likely".into(),
     }
@@ -250,6 +281,20 @@ mod tests {
         let group = group_or_new(&path, &file, "a/b").unwrap();
         let error = write_f64(&path, &group, "map", &[1.0, 2.0, 3.0], &[2, 2]).unwrap_err().to_string();
         assert!(error.contains("is 3, but must be that of the shape [2, 2]"), "{error}");
+    }
+
+    #[test]
+    fn text_of_any_length_survives() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.h5");
+        let file = create(&path).unwrap();
+        for length in [0, 1, 16, 17, 64, 65, 512, 513, 40_000] {
+            let text = vec!["λ".repeat(length), String::new(), " a b ".into()];
+            let dataset = write_text(&path, &file, &format!("t{length}"), &text).unwrap();
+            assert_eq!(read_values(&path, &dataset).unwrap(), Values::Text(text));
+        }
+        let error = write_text(&path, &file, "nul", &["a\0b".repeat(500)]).unwrap_err().to_string();
+        assert!(error.contains("dataset nul: "), "{error}");
     }
 
     #[test]

@@ -22,12 +22,13 @@ pub(super) fn push_wcs(header: &mut Header, nx: usize, ny: usize, pixel_scale_ar
     let step_deg = pixel_scale_arcsec / ARCSEC_PER_DEG;
     fits::push_text(header, "CTYPE1", "RA---TAN", "x to the right, tangent plane");
     fits::push_text(header, "CTYPE2", "DEC--TAN", "y up, tangent plane");
-    for (axis, length) in [(1, nx), (2, ny)] {
+    let axes = [(1, nx, "deg, > 0: haloray's x is to the right"), (2, ny, "deg, y is up")];
+    for (axis, length, direction) in axes {
         let centre = (length as f64 + 1.0) / 2.0;
         fits::push_f64(header, &format!("CRPIX{axis}"), centre, "centre of the grid");
         fits::push_f64(header, &format!("CRVAL{axis}"), 0.0, "deg");
-        fits::push_f64(header, &format!("CDELT{axis}"), step_deg, "deg, > 0: haloray's x is to the right");
-        fits::push_text(header, &format!("CUNIT{axis}"), "deg", "");
+        fits::push_f64(header, &format!("CDELT{axis}"), step_deg, direction);
+        fits::push_text(header, &format!("CUNIT{axis}"), "deg", "unit of CRVAL and CDELT");
     }
     fits::push_f64(header, "PIXSCALE", pixel_scale_arcsec, "arcsec, side of a pixel");
 }

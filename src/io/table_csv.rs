@@ -3,7 +3,7 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use super::atomic_file::{check_target, folder_of};
+use super::atomic_file::{check_writable, folder_of};
 use super::table::{Column, Table, Values, is_exact};
 use super::{Provenance, Staging};
 use crate::error::{Error, Result};
@@ -117,16 +117,9 @@ fn typed(fields: Vec<String>) -> Values {
 
 /// Writes the table and, beside it, `NAME.csv.provenance.toml`; both appear or neither.
 pub(super) fn write(table: &Table, path: &Path, provenance: &Provenance) -> Result<()> {
-    check_target(path)?;
-    let Some(name) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else {
-        return Err(Error::format(path, "does not name a file"));
-    };
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        let source = std::io::Error::from(std::io::ErrorKind::NotFound);
-        return Err(Error::OutputPlace { path: path.into(), source });
-    }
-    let staging = Staging::begin(folder)?;
+    check_writable(path)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let staging = Staging::begin(folder_of(path))?;
     staging.write(&name, |temporary| {
         write_rows(table, temporary).map_err(|error| Error::write(temporary, error))
     })?;
