@@ -286,6 +286,22 @@ mod tests {
     }
 
     #[test]
+    fn every_format_gives_back_what_it_was_given() {
+        let numbers = Column::f64("theta_x_arcsec", Some("arcsec"), vec![0.1 + 0.2, -1e-30]);
+        let table = Table::new(vec![numbers, Column::text("label", vec!["a".into(), "b c".into()])]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        for (name, files) in [("t.csv", 2), ("t.H5", 3), ("t.hdf5", 4), ("t.fits", 5), ("t.fit", 6)] {
+            let path = folder.path().join(name);
+            Table::check_target(&path).unwrap();
+            table.write(&path, RAYS_GROUP, &Provenance::new(Some(1), "a = 1\n")).unwrap();
+            let back = Table::read(&path, RAYS_GROUP).unwrap();
+            let values = |table: &Table| table.columns.iter().map(|c| c.values.clone()).collect::<Vec<_>>();
+            assert_eq!(values(&back), values(&table), "{name}");
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), files, "{name}");
+        }
+    }
+
+    #[test]
     fn long_integers_stay_text_and_short_ones_become_numbers() {
         assert_eq!(
             Values::from_integers(&[1_i64 << 53, -3]),

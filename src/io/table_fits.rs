@@ -29,7 +29,8 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
         return Err(Error::table(path, "table", "has no rows"));
     };
     let width: usize = table.columns.iter().map(|column| column.format.byte_size()).sum();
-    if width != table.row_len {
+    let fits_in = |column: &BinColumn| column.format.byte_size() <= table.row_len;
+    if width != table.row_len || !table.columns.iter().all(fits_in) {
         let problem = format!("the columns take {width} bytes a row, but NAXIS1 is {}", table.row_len);
         return Err(Error::format(path, problem));
     }
