@@ -1,0 +1,243 @@
+//! FITS files as a list of header-data units, checked before decoding; exact numbers in headers.
+
+use std::path::Path;
+
+use fitskit::{BinTable, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
+
+use super::Provenance;
+use crate::error::{Error, Result};
+
+/// FITS files consist of blocks of this many bytes.
+const BLOCK_BYTES: usize = 2880;
+/// A header consists of cards of this many bytes.
+const CARD_BYTES: usize = 80;
+/// The standard allows no more axes and no more table columns than this.
+const MAX_COUNT: i64 = 999;
+/// Characters of a configuration line on one HISTORY card.
+const HISTORY_WIDTH: usize = 70;
+
+/// Reads all header-data units; images and binary tables are decoded, other extensions skipped.
+///
+/// fitskit trusts headers and takes a truncated extension for the end of the file, so sizes and
+/// characters are checked here first.
+pub(super) fn read(path: &Path) -> Result<Vec<Hdu>> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    if bytes.is_empty() {
+        return Err(Error::format(path, "is empty, not a FITS file"));
+    }
+    if !bytes.starts_with(b"SIMPLE  =") {
+        return Err(Error::format(path, "is not a FITS file: it does not begin with SIMPLE"));
+    }
+    let mut units = Vec::new();
+    let mut rest = bytes.as_slice();
+    while !rest.is_empty() {
+        let (unit, length) = read_unit(rest, units.len())
+            .map_err(|problem| Error::format(path, format!("HDU {}: {problem}", units.len())))?;
+        units.push(unit);
+        rest = rest.get(length..).unwrap_or_default();
+    }
+    Ok(units)
+}
+
+/// One unit from the front of `bytes`, and its length with padding.
+fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), String> {
+    let truncated = || String::from("the file is truncated");
+    let cards = bytes.chunks_exact(CARD_BYTES);
+    let end = cards.take_while(|card| card.trim_ascii_end() != b"END").count() * CARD_BYTES;
+    let data_start = (end + CARD_BYTES).next_multiple_of(BLOCK_BYTES);
+    let header = bytes.get(..data_start).ok_or_else(truncated)?;
+    if !header.iter().all(|byte| (b' '..=b'~').contains(byte)) {
+        return Err("the header holds characters other than printable ASCII".into());
+    }
+    let header = Header::read_from(&mut &header[..]).map_err(|error| error.to_string())?;
+    for (name, limit) in [("NAXIS", MAX_COUNT), ("TFIELDS", MAX_COUNT), ("PCOUNT", i64::MAX), ("GCOUNT", 1)] {
+        if let Some(value) = header.get_int(name).filter(|value| !(0..=limit).contains(value)) {
+            return Err(format!("{name} is {value}, but must lie between 0 and {limit}"));
+        }
+    }
+    let length = header.data_byte_count().map_err(|error| error.to_string())?;
+    let data =
+        data_start.checked_add(length).and_then(|end| bytes.get(data_start..end)).ok_or_else(truncated)?;
+    let data = match header.get_string("XTENSION") {
+        _ if length == 0 => HduData::Empty,
+        None if index > 0 => return Err("an extension without XTENSION".into()),
+        None | Some("IMAGE") => {
+            HduData::Image(ImageData::from_header_and_data(&header, data).map_err(|error| error.to_string())?)
+        }
+        Some("BINTABLE") => HduData::BinTable(
+            BinTable::from_header_and_data(&header, data).map_err(|error| error.to_string())?,
+        ),
+        Some(_) => HduData::Empty,
+    };
+    Ok((Hdu::new(header, data), (data_start + length).next_multiple_of(BLOCK_BYTES)))
+}
+
+/// Writes the units one after the other.
+pub(super) fn write(path: &Path, units: Vec<Hdu>) -> Result<()> {
+    let bytes = FitsFile { hdus: units }.to_bytes().map_err(|error| Error::write(path, error))?;
+    std::fs::write(path, bytes).map_err(|error| Error::write(path, error))
+}
+
+/// Appends a number with all its digits (fitskit alone would keep 16 of 17).
+pub(super) fn push_f64(header: &mut Header, name: &str, value: f64, comment: &str) {
+    push_number(header, name, &format!("{value:?}").to_ascii_uppercase(), comment);
+}
+
+/// Appends a number given by its digits: a card whose text after the name is laid out here.
+fn push_number(header: &mut Header, name: &str, digits: &str, comment: &str) {
+    debug_assert!(name.len() <= 8, "FITS keywords have at most 8 characters");
+    header.push(Keyword::commentary(name, &format!("= {digits:>20} / {comment}")));
+}
+
+/// Appends a short text.
+pub(super) fn push_text(header: &mut Header, name: &str, value: &str, comment: &str) {
+    debug_assert!(name.len() <= 8, "FITS keywords have at most 8 characters");
+    header.push(Keyword::with_value(name, HeaderValue::String(ascii(value)), Some(comment)));
+}
+
+/// Appends the provenance: keywords `HALORAY` (version), `GITREV`, `SEED`, and the configuration
+/// as HISTORY, one card a line; a longer line goes on after a card that ends in `\`.
+pub(super) fn push_provenance(header: &mut Header, provenance: &Provenance) {
+    push_text(header, "HALORAY", &provenance.version, "version of haloray");
+    push_text(header, "GITREV", &provenance.git_revision, "git revision of haloray");
+    if let Some(seed) = provenance.seed {
+        push_number(header, "SEED", &seed.to_string(), "of the random streams");
+    }
+    for line in provenance.config_toml.lines() {
+        let line = ascii(line);
+        let mut rest = line.as_str();
+        while rest.len() > HISTORY_WIDTH {
+            let (card, tail) = rest.split_at(HISTORY_WIDTH);
+            header.push(Keyword::commentary("HISTORY", &format!(" {card}\\")));
+            rest = tail;
+        }
+        header.push(Keyword::commentary("HISTORY", &format!(" {rest}")));
+    }
+}
+
+/// Printable ASCII, as FITS demands; other characters become TOML's `\uXXXX`.
+fn ascii(text: &str) -> String {
+    let escape = |c: char| match c {
+        ' '..='~' => c.to_string(),
+        '\t' => " ".into(),
+        c if u32::from(c) <= 0xFFFF => format!("\\u{:04X}", u32::from(c)),
+        c => format!("\\U{:08X}", u32::from(c)),
+    };
+    text.chars().map(escape).collect()
+}
+
+/// The number under a keyword, if it is there; it must be finite.
+pub(super) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<f64>> {
+    let Some(keyword) = header.find(name) else { return Ok(None) };
+    match keyword.value.as_ref().and_then(HeaderValue::as_float) {
+        Some(value) if value.is_finite() => Ok(Some(value)),
+        _ => {
+            let value = keyword.value.as_ref().map_or_else(|| "empty".into(), ToString::to_string);
+            Err(Error::format(path, format!("keyword {name} is {value}, but must be a finite number")))
+        }
+    }
+}
+
+/// True for the extension of that name; FITS does not tell upper from lower case here.
+pub(super) fn is_called(unit: &Hdu, name: &str) -> bool {
+    unit.header.get_string("EXTNAME").is_some_and(|found| found.eq_ignore_ascii_case(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fitskit::PixelData;
+
+    /// A primary image and an extension, with `card` in the first header.
+    fn sample(push: impl FnOnce(&mut Header)) -> Vec<u8> {
+        let image = || ImageData::new(vec![20, 30], PixelData::F64(vec![1.0; 600]));
+        let mut primary = Hdu::primary_image(image());
+        push(&mut primary.header);
+        FitsFile { hdus: vec![primary, Hdu::image_extension(image())] }.to_bytes().unwrap()
+    }
+
+    fn read_bytes(bytes: &[u8]) -> Result<Vec<Hdu>> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.fits");
+        std::fs::write(&path, bytes).unwrap();
+        read(&path)
+    }
+
+    fn fault(bytes: &[u8]) -> String {
+        let error = read_bytes(bytes).unwrap_err();
+        assert!(error.is_bad_input());
+        error.to_string().split_once("t.fits: ").unwrap().1.into()
+    }
+
+    #[test]
+    fn numbers_keep_every_bit_in_a_header() {
+        for value in
+            [0.1 + 0.2, 0.005919973387690837, 5e-324, -f64::MAX, 5400.0, 1e-7, 1.234_567_890_123_456_7e-5]
+        {
+            let bytes = sample(|header| push_f64(header, "BKGRMS", value, "e-/s"));
+            let units = read_bytes(&bytes).unwrap();
+            let back = number(Path::new(""), &units[0].header, "BKGRMS").unwrap().unwrap();
+            assert_eq!(back.to_bits(), value.to_bits(), "{value:e}");
+        }
+    }
+
+    #[test]
+    fn truncation_is_noticed_wherever_it_happens() {
+        let bytes = sample(|_| ());
+        assert_eq!(read_bytes(&bytes).unwrap().len(), 2);
+        for (length, expected) in [
+            (1000, "HDU 0: the file is truncated"),
+            (5000, "HDU 0: the file is truncated"),
+            (bytes.len() - 6000, "HDU 1: the file is truncated"),
+            (bytes.len() - 2880, "HDU 1: the file is truncated"),
+        ] {
+            assert_eq!(fault(&bytes[..length]), expected);
+        }
+    }
+
+    #[test]
+    fn other_files_and_impossible_headers_are_refused() {
+        assert_eq!(fault(b""), "is empty, not a FITS file");
+        assert_eq!(fault(b"\x89HDF\r\n"), "is not a FITS file: it does not begin with SIMPLE");
+        let edit = |from: &str, to: &str| {
+            let bytes = sample(|_| ());
+            let at = bytes.windows(from.len()).position(|part| part == from.as_bytes()).unwrap();
+            let mut edited = bytes.clone();
+            edited[at..at + to.len()].copy_from_slice(to.as_bytes());
+            fault(&edited)
+        };
+        assert!(
+            edit("NAXIS1  =                   20", "NAXIS1  =                  -20").starts_with("HDU 0: ")
+        );
+        assert!(
+            edit("NAXIS1  =                   20", "NAXIS1  = 9223372036854775807  ").starts_with("HDU 0: ")
+        );
+        assert_eq!(
+            edit("NAXIS   =                    2", "NAXIS   =                   -1"),
+            "HDU 0: NAXIS is -1, but must lie between 0 and 999"
+        );
+        assert_eq!(
+            edit("conforms to", "cönforms"),
+            "HDU 0: the header holds characters other than printable ASCII"
+        );
+    }
+
+    #[test]
+    fn the_configuration_can_be_put_together_again_from_history() {
+        let config = format!("name = \"γ\"\n\nlong = \"{}\"\n", "x".repeat(150));
+        let units =
+            read_bytes(&sample(|h| push_provenance(h, &Provenance::new(Some(u64::MAX), &config)))).unwrap();
+        let history: String = units[0]
+            .header
+            .iter()
+            .filter(|card| card.name == "HISTORY")
+            .map(|card| card.comment.as_deref().unwrap_or("").strip_prefix(' ').unwrap_or(""))
+            .map(|line| line.strip_suffix('\\').map_or(format!("{line}\n"), String::from))
+            .collect();
+        assert_eq!(history, config.replace('γ', "\\u03B3"));
+        let table: toml::Table = history.parse().unwrap();
+        assert_eq!(table["name"].as_str(), Some("γ"));
+        let seed = units[0].header.find("SEED").unwrap().value.as_ref().unwrap().as_float();
+        assert_eq!(seed, Some(u64::MAX as f64));
+    }
+}

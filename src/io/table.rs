@@ -1,0 +1,313 @@
+//! A table in columns, read from and written to CSV, HDF5 or FITS by the extension of its file.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use super::{Provenance, atomic_file, table_csv, table_fits, table_hdf5};
+use crate::error::{Error, Result};
+
+/// Name of the HDF5 group or FITS extension with haloes.
+pub const HALOES_GROUP: &str = "haloes";
+/// Name of the HDF5 group or FITS extension with points on the sky.
+pub const POINTS_GROUP: &str = "points";
+/// Name of the HDF5 group or FITS extension with traced rays.
+pub const RAYS_GROUP: &str = "rays";
+
+/// What a column holds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// Numbers; integers are read as f64.
+    F64(Vec<f64>),
+    /// Text, and integers too long for an f64.
+    Text(Vec<String>),
+}
+
+impl Values {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F64(values) => values.len(),
+            Self::Text(values) => values.len(),
+        }
+    }
+
+    /// True without rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Integers as numbers where each is exact as f64, else (long catalogue numbers) as text.
+    pub(super) fn from_integers<T: Copy + Into<i128>>(integers: &[T]) -> Self {
+        if integers.iter().all(|&v| is_exact(v.into())) {
+            Self::F64(integers.iter().map(|&v| v.into() as f64).collect())
+        } else {
+            Self::Text(integers.iter().map(|&v| v.into().to_string()).collect())
+        }
+    }
+}
+
+/// True where an f64 holds the integer to the last digit.
+pub(super) fn is_exact(integer: i128) -> bool {
+    integer as f64 as i128 == integer
+}
+
+/// One named column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Name, ending in its unit as everywhere in haloray (`theta_x_arcsec`).
+    pub name: String,
+    /// Unit for the formats that store one (HDF5 attribute `unit`, FITS `TUNITn`).
+    pub unit: Option<String>,
+    /// The values, one a row.
+    pub values: Values,
+}
+
+impl Column {
+    /// A column of numbers.
+    pub fn f64(name: &str, unit: Option<&str>, values: Vec<f64>) -> Self {
+        Self { name: name.into(), unit: unit.map(Into::into), values: Values::F64(values) }
+    }
+
+    /// A column of text.
+    pub fn text(name: &str, values: Vec<String>) -> Self {
+        Self { name: name.into(), unit: None, values: Values::Text(values) }
+    }
+}
+
+/// Columns of equal length and different names, in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    columns: Vec<Column>,
+    /// Line of each row in the CSV file it was read from; empty for other origins.
+    line_of_row: Vec<u64>,
+}
+
+impl Table {
+    /// A table from its columns.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] when two columns share a name or differ in length.
+    pub fn new(columns: Vec<Column>) -> Result<Self> {
+        let mut names = HashSet::new();
+        for column in &columns {
+            if !names.insert(column.name.as_str()) {
+                return Err(Error::out_of_range("a second column's name", &column.name, "different"));
+            }
+            let (length, first) = (column.values.len(), columns[0].values.len());
+            if length != first {
+                let what = format!("the length of column {}", column.name);
+                return Err(Error::out_of_range(
+                    &what,
+                    length,
+                    &format!("{first}, as that of {}", columns[0].name),
+                ));
+            }
+        }
+        Ok(Self { columns, line_of_row: Vec::new() })
+    }
+
+    /// A table just read from `path`, which must be rectangular, with different names and rows.
+    pub(super) fn from_file(path: &Path, columns: Vec<Column>, line_of_row: Vec<u64>) -> Result<Self> {
+        let table = Self::new(columns).map_err(|error| Error::table(path, "table", error.to_string()))?;
+        if table.row_count() == 0 {
+            return Err(Error::table(path, "table", "has no rows"));
+        }
+        Ok(Self { line_of_row, ..table })
+    }
+
+    /// Reads a table; `.csv`, `.h5`/`.hdf5` or `.fits`/`.fit` decides the format.
+    ///
+    /// `group` names the HDF5 group or FITS extension to prefer ([`HALOES_GROUP`], …); where it is
+    /// missing the only one in the file is taken.
+    ///
+    /// # Errors
+    /// [`Error::Read`], [`Error::Format`] or [`Error::Table`], each naming file, place and cure.
+    pub fn read(path: &Path, group: &str) -> Result<Self> {
+        match Format::of(path)? {
+            Format::Csv => table_csv::read(path),
+            Format::Hdf5 => table_hdf5::read(path, group),
+            Format::Fits => table_fits::read(path, group),
+        }
+    }
+
+    /// Writes the table atomically, in the format the extension names, with its provenance: inside
+    /// HDF5 and FITS, beside a CSV as `NAME.csv.provenance.toml`. Same data, same bytes.
+    ///
+    /// # Errors
+    /// [`Error::Format`] for another extension, [`Error::OutputPlace`], [`Error::Write`].
+    pub fn write(&self, path: &Path, group: &str, provenance: &Provenance) -> Result<()> {
+        match Format::of(path)? {
+            Format::Csv => table_csv::write(self, path, provenance),
+            Format::Hdf5 => {
+                atomic_file::write_atomically(path, |p| table_hdf5::write(self, p, group, provenance))
+            }
+            Format::Fits => {
+                atomic_file::write_atomically(path, |p| table_fits::write(self, p, group, provenance))
+            }
+        }
+    }
+
+    /// Checks that a table could be written to `path`: known extension, writable place.
+    pub fn check_target(path: &Path) -> Result<()> {
+        Format::of(path)?;
+        atomic_file::check_writable(path)
+    }
+
+    /// The columns in the order of the file.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// Number of rows.
+    pub fn row_count(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.values.len())
+    }
+
+    /// The column of that name; upper and lower case count as equal where no exact match exists.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        let exact = self.columns.iter().find(|column| column.name == name);
+        exact.or_else(|| self.columns.iter().find(|column| column.name.eq_ignore_ascii_case(name)))
+    }
+
+    /// The numbers of a column that must be there and finite; `path` is for the error.
+    ///
+    /// # Errors
+    /// [`Error::Table`] with line (CSV) or row and column, and the columns present.
+    pub fn required_f64(&self, path: &Path, name: &str) -> Result<&[f64]> {
+        self.optional_f64(path, name)?.ok_or_else(|| {
+            let present: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
+            let problem = format!("is missing; the columns present are {}", present.join(", "));
+            Error::table(path, format!("column {name}"), problem)
+        })
+    }
+
+    /// Like [`required_f64`](Self::required_f64) for a column that may be absent.
+    pub fn optional_f64(&self, path: &Path, name: &str) -> Result<Option<&[f64]>> {
+        let Some(column) = self.column(name) else { return Ok(None) };
+        let fault = match &column.values {
+            Values::F64(values) => match values.iter().position(|value| !value.is_finite()) {
+                None => return Ok(Some(values)),
+                Some(row) => (row, format!("{} is not allowed; finite numbers only", values[row])),
+            },
+            Values::Text(values) => match values.iter().position(|text| text.parse::<f64>().is_err()) {
+                Some(row) if values[row].is_empty() => (row, "is empty; a number is wanted".into()),
+                Some(row) => (row, format!("{:?} is not a number", values[row])),
+                None => {
+                    (0, "holds integers of more digits than a number keeps; write them as 1.234e20".into())
+                }
+            },
+        };
+        Err(Error::table(path, format!("{}, column {name}", self.place_of(fault.0)), fault.1))
+    }
+
+    /// `line 17` for a CSV file, `row 16` (counted from 1) otherwise.
+    pub fn place_of(&self, row: usize) -> String {
+        match self.line_of_row.get(row) {
+            Some(line) => format!("line {line}"),
+            None => format!("row {}", row + 1),
+        }
+    }
+}
+
+/// The formats of a table.
+enum Format {
+    Csv,
+    Hdf5,
+    Fits,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match extension.as_deref() {
+            Some("csv") => Ok(Self::Csv),
+            Some("h5" | "hdf5") => Ok(Self::Hdf5),
+            Some("fits" | "fit") => Ok(Self::Fits),
+            _ => Err(Error::format(
+                path,
+                "the extension does not name a table format; allowed: .csv, .h5, .hdf5, .fits, .fit",
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Table {
+        let text = ["abc", "", "1e9"].map(String::from).to_vec();
+        Table::new(vec![
+            Column::f64("z", None, vec![0.5, f64::NAN, 1.0]),
+            Column::f64("theta_x_arcsec", Some("arcsec"), vec![1.0, 2.0, 3.0]),
+            Column::text("note", text),
+        ])
+        .unwrap()
+    }
+
+    fn message(name: &str) -> String {
+        let error = sample().required_f64(Path::new("haloes.h5"), name).unwrap_err();
+        assert!(error.is_bad_input());
+        error.to_string()
+    }
+
+    #[test]
+    fn faults_name_file_row_column_and_cure() {
+        assert_eq!(message("z"), "haloes.h5: row 2, column z: NaN is not allowed; finite numbers only");
+        assert_eq!(message("note"), "haloes.h5: row 1, column note: \"abc\" is not a number");
+        assert_eq!(
+            message("r_s_arcsec"),
+            "haloes.h5: column r_s_arcsec: is missing; the columns present are z, theta_x_arcsec, note"
+        );
+    }
+
+    #[test]
+    fn a_good_column_is_returned_whatever_its_case() {
+        let table = sample();
+        assert_eq!(table.required_f64(Path::new(""), "THETA_X_ARCSEC").unwrap(), [1.0, 2.0, 3.0]);
+        assert_eq!(table.optional_f64(Path::new(""), "m200c_msun").unwrap(), None);
+    }
+
+    #[test]
+    fn columns_must_differ_in_name_and_agree_in_length() {
+        let z = || Column::f64("z", None, vec![0.5]);
+        let twice = Table::new(vec![z(), z()]).unwrap_err().to_string();
+        assert!(twice.contains("z, but must be different"), "{twice}");
+        let ragged = Table::new(vec![z(), Column::f64("x", None, vec![])]).unwrap_err().to_string();
+        assert!(ragged.contains("length of column x is 0, but must be 1"), "{ragged}");
+    }
+
+    #[test]
+    fn other_extensions_are_refused_with_the_list_of_allowed_ones() {
+        for name in ["haloes.txt", "haloes", "csv"] {
+            let error = Table::read(Path::new(name), HALOES_GROUP).unwrap_err().to_string();
+            assert!(error.starts_with(name) && error.ends_with("allowed: .csv, .h5, .hdf5, .fits, .fit"));
+        }
+    }
+
+    #[test]
+    fn every_format_gives_back_what_it_was_given() {
+        let numbers = Column::f64("theta_x_arcsec", Some("arcsec"), vec![0.1 + 0.2, -1e-30]);
+        let table = Table::new(vec![numbers, Column::text("label", vec!["a".into(), "b c".into()])]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        for (name, files) in [("t.csv", 2), ("t.H5", 3), ("t.hdf5", 4), ("t.fits", 5), ("t.fit", 6)] {
+            let path = folder.path().join(name);
+            Table::check_target(&path).unwrap();
+            table.write(&path, RAYS_GROUP, &Provenance::new(Some(1), "a = 1\n")).unwrap();
+            let back = Table::read(&path, RAYS_GROUP).unwrap();
+            let values = |table: &Table| table.columns.iter().map(|c| c.values.clone()).collect::<Vec<_>>();
+            assert_eq!(values(&back), values(&table), "{name}");
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), files, "{name}");
+        }
+    }
+
+    #[test]
+    fn long_integers_stay_text_and_short_ones_become_numbers() {
+        assert_eq!(
+            Values::from_integers(&[1_i64 << 53, -3]),
+            Values::F64(vec![9_007_199_254_740_992.0, -3.0])
+        );
+        let long = Values::from_integers(&[u64::MAX, 1]);
+        assert_eq!(long, Values::Text(vec!["18446744073709551615".into(), "1".into()]));
+    }
+}

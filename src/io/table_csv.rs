@@ -1,0 +1,258 @@
+//! Tables as CSV: one header line, numbers in the shortest form that reads back to the same bits.
+
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use super::atomic_file::{check_writable, folder_of};
+use super::table::{Column, Table, Values, is_exact};
+use super::{Provenance, Staging};
+use crate::error::{Error, Result};
+
+/// Reads a CSV table: lines that start with `#` and empty lines are skipped; spaces around fields,
+/// CRLF and a byte-order mark are tolerated; double quotes may enclose a field.
+pub(super) fn read(path: &Path) -> Result<Table> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    if bytes.is_empty() {
+        return Err(Error::format(path, "is empty; a header line with the column names is wanted first"));
+    }
+    let text =
+        String::from_utf8(bytes).map_err(|_| Error::format(path, "is not a CSV file: not UTF-8 text"))?;
+    let text = text.trim_start_matches('\u{feff}');
+    let (names, fields, line_of_row) = split(path, text)?;
+    let columns = names.into_iter().zip(fields);
+    let columns = columns.map(|(name, fields)| Column { name, unit: None, values: typed(fields) }).collect();
+    Table::from_file(path, columns, line_of_row)
+}
+
+/// Column names, the fields by column, and the line of each row.
+type Fields = (Vec<String>, Vec<Vec<String>>, Vec<u64>);
+
+fn split(path: &Path, text: &str) -> Result<Fields> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let mut lines = LineCounter { text, byte: 0, line: 1 };
+    let mut names: Vec<String> = Vec::new();
+    let mut fields: Vec<Vec<String>> = Vec::new();
+    let mut line_of_row = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| Error::format(path, format!("is not a CSV file: {error}")))?;
+        let start = record.position().map_or(0, csv::Position::byte) as usize;
+        let line = lines.line_of_record(start);
+        if names.is_empty() {
+            names = record.iter().map(String::from).collect();
+            check_names(path, line, &names)?;
+            fields.resize(names.len(), Vec::new());
+        } else if record.len() != names.len() {
+            let problem = format!("has {} fields, but the header has {}", record.len(), names.len());
+            return Err(Error::table(path, format!("line {line}"), problem));
+        } else {
+            record.iter().zip(&mut fields).for_each(|(field, column)| column.push(field.into()));
+            line_of_row.push(line);
+        }
+    }
+    if names.is_empty() {
+        return Err(Error::format(
+            path,
+            "holds comments only; a header line with the column names is wanted",
+        ));
+    }
+    Ok((names, fields, line_of_row))
+}
+
+fn check_names(path: &Path, line: u64, names: &[String]) -> Result<()> {
+    let fault = |problem: String| Err(Error::table(path, format!("line {line}"), problem));
+    if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+        return fault(
+            "the first line must hold the column names, without a leading '#', but holds numbers".into(),
+        );
+    }
+    for (i, name) in names.iter().enumerate() {
+        if name.is_empty() {
+            return fault(format!("column {} has no name", i + 1));
+        }
+        if names[..i].contains(name) {
+            return fault(format!("two columns are called {name}"));
+        }
+    }
+    Ok(())
+}
+
+/// Counts lines up to a record; the csv crate counts a record from the comments before it.
+struct LineCounter<'a> {
+    text: &'a str,
+    byte: usize,
+    line: u64,
+}
+
+impl LineCounter<'_> {
+    /// Line of the record whose text, or the comments and empty lines before it, begin at `start`.
+    fn line_of_record(&mut self, start: usize) -> u64 {
+        let count = |part: &str| part.bytes().filter(|&byte| byte == b'\n').count() as u64;
+        self.line += self.text.get(self.byte..start).map_or(0, count);
+        self.byte = start;
+        while let Some((line, _)) = self.text.get(self.byte..).and_then(|rest| rest.split_once('\n')) {
+            if !line.starts_with('#') && !line.trim_end_matches('\r').is_empty() {
+                break;
+            }
+            self.line += 1;
+            self.byte += line.len() + 1;
+        }
+        self.line
+    }
+}
+
+/// Numbers where every field is one, else text; integers too long for an f64 stay text.
+fn typed(fields: Vec<String>) -> Values {
+    let integers: Option<Vec<i128>> = fields.iter().map(|field| field.parse().ok()).collect();
+    if integers.is_some_and(|integers| !integers.into_iter().all(is_exact)) {
+        return Values::Text(fields);
+    }
+    let numbers: Option<Vec<f64>> = fields.iter().map(|field| field.parse().ok()).collect();
+    numbers.map_or(Values::Text(fields), Values::F64)
+}
+
+/// Writes the table and, beside it, `NAME.csv.provenance.toml`; both appear or neither.
+pub(super) fn write(table: &Table, path: &Path, provenance: &Provenance) -> Result<()> {
+    check_writable(path)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let staging = Staging::begin(folder_of(path))?;
+    staging.write(&name, |temporary| {
+        write_rows(table, temporary).map_err(|error| Error::write(temporary, error))
+    })?;
+    staging.write(format!("{name}.provenance.toml"), |temporary| {
+        std::fs::write(temporary, provenance.to_toml()).map_err(|error| Error::write(temporary, error))
+    })?;
+    staging.commit().map(drop)
+}
+
+fn write_rows(table: &Table, path: &Path) -> csv::Result<()> {
+    let mut writer = csv::Writer::from_writer(BufWriter::new(std::fs::File::create(path)?));
+    writer.write_record(table.columns().iter().map(|column| &column.name))?;
+    for row in 0..table.row_count() {
+        for column in table.columns() {
+            match &column.values {
+                Values::F64(values) => writer.write_field(shortest(values[row]))?,
+                Values::Text(values) => writer.write_field(&values[row])?,
+            }
+        }
+        writer.write_record(None::<&[u8]>)?;
+    }
+    writer.into_inner().map_err(|error| error.into_error())?.flush()?;
+    Ok(())
+}
+
+/// The shortest decimal that reads back to the same bits: `0.5`, `17`, `6.2e-9`.
+fn shortest(value: f64) -> String {
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").map_or(text.clone(), String::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: impl AsRef<[u8]>) -> (std::path::PathBuf, Result<Table>) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("haloes.csv");
+        std::fs::write(&path, text).unwrap();
+        let table = read(&path);
+        (path, table)
+    }
+
+    fn fault(text: impl AsRef<[u8]>) -> String {
+        let (path, table) = read_text(text);
+        let error = table.and_then(|t| t.required_f64(&path, "z").map(drop)).unwrap_err();
+        assert!(error.is_bad_input());
+        error.to_string().replace(path.to_str().unwrap(), "haloes.csv")
+    }
+
+    #[test]
+    fn comments_spaces_crlf_and_a_byte_order_mark_are_tolerated() {
+        let text = "\u{feff}# made by hand\r\nz , theta_x_arcsec,id,label\r\n# more\r\n\r\n 0.5 ,\t-1e-3,7,\"a, b\"\r\n1,2.5,8,c";
+        let (path, table) = read_text(text);
+        let table = table.unwrap();
+        assert_eq!(table.required_f64(&path, "z").unwrap(), [0.5, 1.0]);
+        assert_eq!(table.required_f64(&path, "theta_x_arcsec").unwrap(), [-1e-3, 2.5]);
+        assert_eq!(table.required_f64(&path, "id").unwrap(), [7.0, 8.0]);
+        assert_eq!(table.columns()[3].values, Values::Text(vec!["a, b".into(), "c".into()]));
+        assert_eq!((table.place_of(0), table.place_of(1)), ("line 5".into(), "line 6".into()));
+    }
+
+    #[test]
+    fn every_fault_names_its_line_and_column() {
+        let rows = "z,x\n0.1,1\n# note\n\n0.2,2\n";
+        for (tail, expected) in [
+            ("abc,3\n", "haloes.csv: line 6, column z: \"abc\" is not a number"),
+            ("NaN,3\n", "haloes.csv: line 6, column z: NaN is not allowed; finite numbers only"),
+            (
+                "# more\r\n\r\n-inf,3",
+                "haloes.csv: line 8, column z: -inf is not allowed; finite numbers only",
+            ),
+            (",3\n", "haloes.csv: line 6, column z: is empty; a number is wanted"),
+            ("0.3\n", "haloes.csv: line 6: has 1 fields, but the header has 2"),
+            ("0.3,3,3\n", "haloes.csv: line 6: has 3 fields, but the header has 2"),
+        ] {
+            assert_eq!(fault(format!("{rows}{tail}")), expected);
+        }
+    }
+
+    #[test]
+    fn unusable_files_say_what_is_wanted() {
+        for (text, expected) in [
+            (&b""[..], "is empty; a header line with the column names is wanted first"),
+            (b"# only\n# comments\n", "holds comments only; a header line with the column names is wanted"),
+            (b"z,x\n", "table: has no rows"),
+            (b"x,y\n1,2\n", "column z: is missing; the columns present are x, y"),
+            (b"z,x,z\n1,2,3\n", "line 1: two columns are called z"),
+            (b"z,,x\n1,2,3\n", "line 1: column 2 has no name"),
+            (b"\x89HDF\r\n\xff\xfe", "is not a CSV file: not UTF-8 text"),
+            (
+                b"# z,x\n0.5,1\n",
+                "line 2: the first line must hold the column names, without a leading '#', but holds numbers",
+            ),
+        ] {
+            assert_eq!(fault(text), format!("haloes.csv: {expected}"));
+        }
+        let folder = tempfile::tempdir().unwrap();
+        for path in [folder.path().join("missing.csv"), folder.path().to_path_buf()] {
+            assert!(matches!(read(&path).unwrap_err(), Error::Read { .. }));
+        }
+    }
+
+    #[test]
+    fn numbers_survive_to_the_bit_and_text_to_the_letter() {
+        let numbers = vec![0.1 + 0.2, -0.0, f64::MIN_POSITIVE, 5e-324, f64::MAX, 1e-7, 1e16, 17.0, f64::NAN];
+        let text: Vec<String> =
+            ["a", "b,c", "say \"no\"", "two\nlines", "", "γ", "7", "0x1F", "123456789012345678901"]
+                .map(String::from)
+                .to_vec();
+        let table =
+            Table::new(vec![Column::f64("z", None, numbers.clone()), Column::text("label", text)]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        write(&table, &path, &Provenance::new(None, "")).unwrap();
+        let back = read(&path).unwrap();
+        let Values::F64(values) = &back.columns()[0].values else { panic!("not numbers") };
+        assert!(values.iter().zip(&numbers).all(|(a, b)| a.to_bits() == b.to_bits()));
+        assert_eq!(back.columns()[1], table.columns()[1]);
+        assert_eq!((back.place_of(3), back.place_of(4)), ("line 5".into(), "line 7".into()));
+    }
+
+    #[test]
+    fn the_provenance_lies_beside_the_table_and_nothing_else() {
+        let table = Table::new(vec![Column::f64("z", None, vec![0.5, 6.2e-9])]).unwrap();
+        let provenance = Provenance::new(Some(3), "");
+        let folder = tempfile::tempdir().unwrap();
+        write(&table, &folder.path().join("t.csv"), &provenance).unwrap();
+        let text = |name| std::fs::read_to_string(folder.path().join(name)).unwrap();
+        assert_eq!(text("t.csv"), "z\n0.5\n6.2e-9\n");
+        assert_eq!(text("t.csv.provenance.toml"), provenance.to_toml());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+        let error = write(&table, &folder.path().join("missing/t.csv"), &provenance).unwrap_err();
+        assert!(matches!(error, Error::OutputPlace { .. }));
+    }
+}

@@ -1,0 +1,242 @@
+//! Tables as FITS binary tables: TTYPE, TUNIT and TFORM for each column, f64 or text.
+
+use std::path::Path;
+
+use fitskit::{BinColumn, BinColumnType, BinTable, Hdu, HduData, HeaderValue};
+
+use super::Provenance;
+use super::fits_file as fits;
+use super::table::{Column, Table, Values};
+use crate::error::{Error, Result};
+
+/// Reads the binary table of that name; where it is missing, the only one.
+pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
+    let units = fits::read(path)?;
+    let is_table = |unit: &&Hdu| unit.header.get_string("XTENSION") == Some("BINTABLE");
+    let tables: Vec<&Hdu> = units.iter().filter(is_table).collect();
+    let unit = match (tables.iter().find(|unit| fits::is_called(unit, group)), tables.as_slice()) {
+        (Some(named), _) => named,
+        (None, [only]) => only,
+        (None, []) => return Err(Error::format(path, "holds no binary table")),
+        (None, several) => {
+            let names = several.iter().map(|unit| unit.header.get_string("EXTNAME").unwrap_or("(unnamed)"));
+            let names: Vec<&str> = names.collect();
+            let problem = format!("holds no table {group}; the tables are {}", names.join(", "));
+            return Err(Error::format(path, problem));
+        }
+    };
+    let HduData::BinTable(table) = &unit.data else {
+        return Err(Error::table(path, "table", "has no rows"));
+    };
+    let width: usize = table.columns.iter().map(|column| column.format.byte_size()).sum();
+    let fits_in = |column: &BinColumn| column.format.byte_size() <= table.row_len;
+    if width != table.row_len || !table.columns.iter().all(fits_in) {
+        let problem = format!("the columns take {width} bytes a row, but NAXIS1 is {}", table.row_len);
+        return Err(Error::format(path, problem));
+    }
+    let mut offset = 0;
+    let mut columns = Vec::with_capacity(table.columns.len());
+    for column in &table.columns {
+        let size = column.format.byte_size();
+        let cells = table.main_data.chunks_exact(width.max(1)).map(|row| &row[offset..offset + size]);
+        let values = decode(column, cells)
+            .map_err(|problem| Error::table(path, format!("column {}", column.name), problem))?;
+        columns.push(Column { name: column.name.trim().into(), unit: column.tunit.clone(), values });
+        offset += size;
+    }
+    Table::from_file(path, columns, Vec::new())
+}
+
+fn decode<'a>(
+    column: &BinColumn,
+    cells: impl Iterator<Item = &'a [u8]>,
+) -> std::result::Result<Values, String> {
+    use BinColumnType as Type;
+    let is_scaled = column.tscal != 1.0 || column.tzero != 0.0;
+    let scale = |raw: f64| column.tzero + column.tscal * raw;
+    let integers = |integers: Vec<i64>| match is_scaled {
+        // The usual way to store unsigned integers: an offset of 2^(bits−1), exact as integers.
+        true if column.tscal == 1.0 && column.tzero.fract() == 0.0 => {
+            let offset = column.tzero as i128;
+            Values::from_integers(&integers.into_iter().map(|v| i128::from(v) + offset).collect::<Vec<_>>())
+        }
+        true => Values::F64(integers.into_iter().map(|v| scale(v as f64)).collect()),
+        false => Values::from_integers(&integers),
+    };
+    let values = match column.format {
+        Type::D64(1) => Values::F64(cells.map(|cell| f64::from_be_bytes(bytes(cell))).map(scale).collect()),
+        Type::E32(1) => {
+            Values::F64(cells.map(|cell| f64::from(f32::from_be_bytes(bytes(cell)))).map(scale).collect())
+        }
+        Type::Byte(1) => integers(cells.map(|cell| i64::from(u8::from_be_bytes(bytes(cell)))).collect()),
+        Type::I16(1) => integers(cells.map(|cell| i64::from(i16::from_be_bytes(bytes(cell)))).collect()),
+        Type::J32(1) => integers(cells.map(|cell| i64::from(i32::from_be_bytes(bytes(cell)))).collect()),
+        Type::K64(1) => integers(cells.map(|cell| i64::from_be_bytes(bytes(cell))).collect()),
+        Type::Logical(1) => Values::F64(cells.map(|cell| f64::from(u8::from(cell == b"T"))).collect()),
+        Type::Char(_) => Values::Text(cells.map(trimmed).collect()),
+        ref other => {
+            let form = other.to_tform_string();
+            return Err(format!("has the format {form}; only one number or one text a row is supported"));
+        }
+    };
+    Ok(values)
+}
+
+/// The cell as an array; the caller's format fixes its length.
+fn bytes<const N: usize>(cell: &[u8]) -> [u8; N] {
+    let mut array = [0; N];
+    array.copy_from_slice(cell);
+    array
+}
+
+/// Text up to the first NUL, without the blanks that fill the cell.
+fn trimmed(cell: &[u8]) -> String {
+    let end = cell.iter().position(|&byte| byte == 0).unwrap_or(cell.len());
+    String::from_utf8_lossy(&cell[..end]).trim_end().into()
+}
+
+/// Writes the table as the one extension of a new file at `path`.
+pub(super) fn write(table: &Table, path: &Path, group: &str, provenance: &Provenance) -> Result<()> {
+    let mut columns = Vec::new();
+    for column in table.columns() {
+        let format = match &column.values {
+            Values::F64(_) => BinColumnType::D64(1),
+            Values::Text(text) => {
+                if let Some(bad) = text.iter().chain([&column.name]).find(|text| !is_printable_ascii(text)) {
+                    let problem = format!("FITS cannot hold {bad:?}, only plain ASCII; write .h5 or .csv");
+                    return Err(Error::table(path, format!("column {}", column.name), problem));
+                }
+                BinColumnType::Char(text.iter().map(String::len).max().unwrap_or(0).max(1))
+            }
+        };
+        let (name, tunit) = (column.name.clone(), column.unit.clone());
+        columns.push(BinColumn { name, format, tscal: 1.0, tzero: 0.0, tunit });
+    }
+    let row_len = columns.iter().map(|column| column.format.byte_size()).sum();
+    let mut main_data = Vec::with_capacity(row_len * table.row_count());
+    for row in 0..table.row_count() {
+        for (column, form) in table.columns().iter().zip(&columns) {
+            match &column.values {
+                Values::F64(values) => main_data.extend(values[row].to_be_bytes()),
+                Values::Text(text) => {
+                    main_data.extend(text[row].bytes());
+                    main_data.extend(std::iter::repeat_n(b' ', form.format.byte_size() - text[row].len()));
+                }
+            }
+        }
+    }
+    let data = BinTable { columns, nrows: table.row_count(), row_len, main_data, heap: Vec::new() };
+    let mut extension = Hdu::bintable_extension(data);
+    fits::push_text(&mut extension.header, "EXTNAME", &group.to_ascii_uppercase(), "name of the table");
+    let mut primary = Hdu::primary_empty();
+    primary.header.set("EXTEND", HeaderValue::Logical(true), Some("a table follows"));
+    fits::push_provenance(&mut primary.header, provenance);
+    fits::write(path, vec![primary, extension])
+}
+
+fn is_printable_ascii(text: &str) -> bool {
+    text.bytes().all(|byte| (b' '..=b'~').contains(&byte))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Table {
+        Table::new(vec![
+            Column::f64("z", None, vec![0.5, 0.1 + 0.2]),
+            Column::f64("theta_x_arcsec", Some("arcsec"), vec![-1e-300, 3e5]),
+            Column::text("label", vec!["it's a halo".into(), String::new()]),
+        ])
+        .unwrap()
+    }
+
+    fn written(table: &Table) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.fits");
+        write(table, &path, "haloes", &Provenance::new(Some(5), "key = 1\n")).unwrap();
+        (folder, path)
+    }
+
+    fn fault(path: &Path) -> String {
+        let error = read(path, "haloes").unwrap_err();
+        assert!(error.is_bad_input());
+        error.to_string().replace(path.to_str().unwrap(), "FILE")
+    }
+
+    #[test]
+    fn a_table_survives_with_order_units_and_text_and_the_same_bytes() {
+        let (_folder, path) = written(&sample());
+        assert_eq!(read(&path, "haloes").unwrap(), sample());
+        assert_eq!(read(&path, "points").unwrap(), sample(), "the only table is taken");
+        let (_second, again) = written(&sample());
+        assert!(std::fs::read(&path).unwrap() == std::fs::read(again).unwrap());
+    }
+
+    #[test]
+    fn every_kind_of_number_is_read() {
+        let column = |name: &str, format, tzero| BinColumn {
+            name: name.into(),
+            format,
+            tscal: 1.0,
+            tzero,
+            tunit: None,
+        };
+        let columns = vec![
+            column("e", BinColumnType::E32(1), 0.0),
+            column("j", BinColumnType::J32(1), 0.0),
+            column("u", BinColumnType::K64(1), 9_223_372_036_854_775_808.0),
+            column("l", BinColumnType::Logical(1), 0.0),
+            column("i", BinColumnType::I16(1), 0.5),
+        ];
+        let mut row = Vec::new();
+        row.extend(1.5_f32.to_be_bytes());
+        row.extend((-7_i32).to_be_bytes());
+        row.extend(i64::MAX.to_be_bytes());
+        row.push(b'T');
+        row.extend(3_i16.to_be_bytes());
+        let table = BinTable { columns, nrows: 1, row_len: row.len(), main_data: row, heap: vec![] };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.fits");
+        fits::write(&path, vec![Hdu::primary_empty(), Hdu::bintable_extension(table)]).unwrap();
+        let table = read(&path, "haloes").unwrap();
+        let values: Vec<Values> = table.columns().iter().map(|column| column.values.clone()).collect();
+        let number = |value| Values::F64(vec![value]);
+        let long = Values::Text(vec!["18446744073709551615".into()]);
+        assert_eq!(values, [number(1.5), number(-7.0), long, number(1.0), number(3.5)]);
+    }
+
+    #[test]
+    fn unusable_tables_say_why() {
+        let (_folder, path) = written(&sample());
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() - 2860]).unwrap();
+        assert_eq!(fault(&path), "FILE: HDU 1: the file is truncated");
+        fits::write(&path, vec![Hdu::primary_empty()]).unwrap();
+        assert_eq!(fault(&path), "FILE: holds no binary table");
+        let (_folder, path) = written(&Table::new(vec![Column::f64("z", None, vec![])]).unwrap());
+        assert_eq!(fault(&path), "FILE: table: has no rows");
+    }
+
+    #[test]
+    fn vector_columns_are_refused_by_name() {
+        let format = BinColumnType::D64(3);
+        let columns = vec![BinColumn { name: "xyz".into(), format, tscal: 1.0, tzero: 0.0, tunit: None }];
+        let table = BinTable { columns, nrows: 1, row_len: 24, main_data: vec![0; 24], heap: vec![] };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.fits");
+        fits::write(&path, vec![Hdu::primary_empty(), Hdu::bintable_extension(table)]).unwrap();
+        let expected = "FILE: column xyz: has the format 3D; only one number or one text a row is supported";
+        assert_eq!(fault(&path), expected);
+    }
+
+    #[test]
+    fn text_that_fits_cannot_hold_is_refused() {
+        let table = Table::new(vec![Column::text("label", vec!["γ".into()])]).unwrap();
+        let error = write(&table, Path::new("t.fits"), "haloes", &Provenance::new(None, "")).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "t.fits: column label: FITS cannot hold \"γ\", only plain ASCII; write .h5 or .csv"
+        );
+    }
+}
