@@ -10,6 +10,7 @@ pub mod imaging;
 pub mod io;
 pub mod mapping;
 pub mod numerics;
+pub mod pipeline;
 pub mod plot;
 pub mod profile;
 

@@ -61,7 +61,7 @@ pub struct HaloConfig {
     pub draw: Draw,
     /// Mass function.
     pub mass_function: MassFunctionModel,
-    /// Mass definition of the mass function, such as "200c"; haloes are taken as M200c.
+    /// Mass definition of the mass function: "200c", or "fof" for sheth99 and press74 (masses then count as M200c).
     pub mass_definition: MassDefinition,
     /// Mass–concentration relation.
     pub concentration: ConcentrationModel,
@@ -289,6 +289,13 @@ impl HaloConfig {
     fn validate_relations(&self, structure: &StructureParameters, z_max: f64) -> Result<()> {
         let background = Background::new(structure.h0_km_s_mpc, structure.omega_m)?;
         self.mass_function.build(self.mass_definition, background, z_max)?;
+        if !matches!(self.mass_definition, HALO_MASS_DEFINITION | MassDefinition::FriendsOfFriends) {
+            return Err(Error::out_of_range(
+                "haloes.mass_definition",
+                self.mass_definition.to_string(),
+                "200c (or fof for sheth99 and press74, whose masses are then taken as M200c): the haloes are NFW haloes of M200c",
+            ));
+        }
         self.concentration.build(HALO_MASS_DEFINITION)?;
         Ok(())
     }

@@ -1,0 +1,184 @@
+//! From the configuration to a halo catalogue.
+
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::progress::Progress;
+use crate::config::{Config, Draw, HALO_MASS_DEFINITION, HaloProfile};
+use crate::constants::ARCSEC_RAD;
+use crate::cosmology::{Background, LinearTheory};
+use crate::error::{Error, Result};
+use crate::halo::concentration::ConcentrationTable;
+use crate::halo::{
+    DrawnHaloes, Epoch, HaloCatalogue, HaloMasses, Population, draw_brute_force, draw_direct, passes_shear_cut,
+};
+use crate::numerics::random::{Stage, stream};
+
+/// The haloes of one line of sight and the population they were drawn from.
+#[derive(Debug, Clone)]
+pub struct Haloes {
+    /// The haloes kept.
+    pub catalogue: HaloCatalogue,
+    /// The population of the configuration (also behind an imported catalogue, for mean-density sheets).
+    pub population: Population,
+    /// Haloes drawn before the cut; none when drawn directly or imported.
+    pub number_drawn: Option<u64>,
+    /// The mass function at the frozen redshift or that of the lens.
+    pub mass_function: MassFunctionCurve,
+}
+
+/// dn/d ln M at one redshift, for files and figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MassFunctionCurve {
+    /// Name of the relation.
+    pub name: String,
+    /// Redshift.
+    pub z: f64,
+    /// M200c, Msun.
+    pub m200c_msun: Vec<f64>,
+    /// Comoving number density per ln M, Mpc⁻³.
+    pub dn_dlnm_per_cmpc3: Vec<f64>,
+}
+
+/// Draws the haloes of `config`, or takes the `imported` ones.
+///
+/// # Errors
+/// When a relation does not cover what is asked of it, or the cut is asked for without masses.
+pub fn populate(
+    config: &Config,
+    imported: Option<HaloCatalogue>,
+    realisation: u64,
+    progress: &dyn Progress,
+) -> Result<Haloes> {
+    let linear = linear_theory(config)?;
+    let settings = &config.haloes;
+    let z_source = config.line_of_sight.z_source;
+    let (z_max, z_curve) = match settings.epoch {
+        Epoch::FrozenZ(z) => (z, z),
+        Epoch::Evolving => (z_source, config.line_of_sight.z_lens),
+    };
+    let relation = settings.mass_function.build(settings.mass_definition, linear.background(), z_max)?;
+    let dn_dlnm = |mass: f64, z: f64| relation.dn_dlnm_per_cmpc3(&linear, mass, z);
+    let population =
+        Population::new(config.cosmology, z_source, settings.limits(), settings.epoch, dn_dlnm)?;
+    let mass_function = MassFunctionCurve::sample(relation.name(), config, z_curve, dn_dlnm);
+    let (catalogue, number_drawn) = match imported {
+        Some(catalogue) => (cut_imported(config, catalogue)?, None),
+        None => draw(config, &linear, &population, realisation, progress)?,
+    };
+    Ok(Haloes { catalogue, population, number_drawn, mass_function })
+}
+
+fn linear_theory(config: &Config) -> Result<LinearTheory> {
+    let linear = LinearTheory::new(config.structure)?;
+    match config.haloes.h_units_h0_km_s_mpc {
+        Some(h0) => linear.in_hubble_units_of(h0),
+        None => Ok(linear),
+    }
+}
+
+impl MassFunctionCurve {
+    fn sample(name: &str, config: &Config, z: f64, dn_dlnm: impl Fn(f64, f64) -> f64) -> Self {
+        const POINTS: usize = 200;
+        let limits = config.haloes.limits();
+        let range = (limits.mass_max_msun / limits.mass_min_msun).ln();
+        let m200c_msun: Vec<f64> = (0..POINTS)
+            .map(|i| limits.mass_min_msun * (range * i as f64 / (POINTS - 1) as f64).exp())
+            .collect();
+        let dn_dlnm_per_cmpc3 = m200c_msun.iter().map(|&m| dn_dlnm(m, z)).collect();
+        Self { name: name.into(), z, m200c_msun, dn_dlnm_per_cmpc3 }
+    }
+}
+
+fn cut_imported(config: &Config, catalogue: HaloCatalogue) -> Result<HaloCatalogue> {
+    if !config.haloes.cut_imported {
+        return Ok(catalogue);
+    }
+    let keep = passes_shear_cut(&catalogue, &config.cosmology, config.haloes.min_point_shear)?;
+    Ok(catalogue.select(&keep))
+}
+
+fn draw(
+    config: &Config,
+    linear: &LinearTheory,
+    population: &Population,
+    realisation: u64,
+    progress: &dyn Progress,
+) -> Result<(HaloCatalogue, Option<u64>)> {
+    let (drawn, number_drawn) = match config.haloes.draw {
+        Draw::Direct => {
+            progress.begin("draw the haloes that pass the cut", None);
+            (draw_direct(population, config.seed, realisation), None)
+        }
+        Draw::BruteForce => {
+            progress.begin("draw all haloes", Some(population.expected_number_drawn() as u64));
+            let drawn = draw_brute_force(population, config.seed, realisation, |n| progress.advance(n));
+            let number = drawn.number_drawn;
+            (drawn, Some(number))
+        }
+    };
+    let catalogue = to_catalogue(config, linear, drawn, realisation)?;
+    progress.end();
+    Ok((catalogue, number_drawn))
+}
+
+/// Redshifts, angles and concentrations of drawn haloes.
+fn to_catalogue(
+    config: &Config,
+    linear: &LinearTheory,
+    drawn: DrawnHaloes,
+    realisation: u64,
+) -> Result<HaloCatalogue> {
+    let background = &config.cosmology;
+    let z = redshifts(background, &drawn.chi_cmpc)?;
+    let mut c200c = concentrations(config, linear, &drawn.m200c_msun, &z)?;
+    scatter(&mut c200c, config.haloes.concentration_scatter_dex, config.seed, realisation);
+    let angle = |transverse: &[f64]| -> Vec<f64> {
+        transverse.iter().zip(&drawn.chi_cmpc).map(|(x, chi)| x / chi / ARCSEC_RAD).collect()
+    };
+    let theta = [angle(&drawn.x_cmpc), angle(&drawn.y_cmpc)];
+    let masses = HaloMasses::Physical { m200c_msun: drawn.m200c_msun, c200c };
+    let catalogue = HaloCatalogue::new(config.line_of_sight.z_source, background, z, theta, masses)?;
+    match (config.haloes.profile, config.haloes.truncation_over_r_s) {
+        (HaloProfile::TruncatedNfw, Some(tau)) => catalogue.truncated_at(tau),
+        (HaloProfile::Nfw, _) => Ok(catalogue),
+        (HaloProfile::TruncatedNfw, None) => {
+            Err(Error::out_of_range("haloes.truncation_over_r_s", "missing", "given for truncated haloes"))
+        }
+    }
+}
+
+fn redshifts(background: &Background, chi_cmpc: &[f64]) -> Result<Vec<f64>> {
+    chi_cmpc.par_iter().map(|&chi| background.redshift_at_comoving_distance(chi)).collect()
+}
+
+fn concentrations(
+    config: &Config,
+    linear: &LinearTheory,
+    masses: &[f64],
+    z: &[f64],
+) -> Result<Vec<f64>> {
+    let settings = &config.haloes;
+    let relation = settings.concentration.build(HALO_MASS_DEFINITION)?;
+    Ok(match settings.epoch {
+        Epoch::Evolving => {
+            masses.par_iter().zip(z).map(|(&m, &z)| relation.concentration(linear, m, z)).collect()
+        }
+        Epoch::FrozenZ(z) => {
+            let (low, high) = (settings.mass_min_msun, settings.mass_max_msun);
+            let table = ConcentrationTable::new(relation.as_ref(), linear, z, low, high)?;
+            masses.iter().map(|&m| table.concentration(m)).collect()
+        }
+    })
+}
+
+/// Log-normal scatter of `dex` around the relation.
+fn scatter(concentrations: &mut [f64], dex: f64, seed: u64, realisation: u64) {
+    if dex > 0.0 {
+        let mut rng = stream(seed, realisation, Stage::Concentration, 0);
+        for c in concentrations {
+            let deviate: f64 = StandardNormal.sample(&mut rng);
+            *c *= 10f64.powf(dex * deviate);
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! The one function that runs the chain.
+
+use super::haloes::{Haloes, populate};
+use super::progress::{Progress, Tracked};
+use super::view::{LensAndSource, View, line_of_sight};
+use crate::config::Config;
+use crate::diagnostics::{HaloTidal, TidalMaps};
+use crate::error::Result;
+use crate::halo::HaloCatalogue;
+use crate::imaging::Psf;
+use crate::numerics::random::Stage;
+
+/// What a run needs besides its configuration: files already read.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// The user's own haloes instead of a draw.
+    pub catalogue: Option<HaloCatalogue>,
+    /// The point-spread function.
+    pub psf: Psf,
+}
+
+/// Everything one run finds out.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    /// The resolved configuration.
+    pub config: Config,
+    /// The haloes and their population.
+    pub haloes: Haloes,
+    /// Distortions each halo causes alone.
+    pub halo_tidal: HaloTidal,
+    /// Haloes left out because their own convergence exceeded `haloes.max_kappa`.
+    pub number_excluded: usize,
+    /// Shapes of lens and source.
+    pub shapes: LensAndSource,
+    /// Seen through all haloes.
+    pub all: View,
+    /// Seen through the haloes in the tidal regime only (Δ_h below the threshold).
+    pub tidal: View,
+    /// Maps of all haloes, main lens excluded.
+    pub maps: TidalMaps,
+}
+
+/// Runs the whole chain for realisation `realisation` of the configured seed.
+///
+/// # Errors
+/// Only for input that the configuration could not check by itself (an imported catalogue, say).
+pub fn simulate(
+    config: &Config,
+    inputs: Inputs,
+    realisation: u64,
+    progress: &dyn Progress,
+) -> Result<Simulation> {
+    let mut haloes = populate(config, inputs.catalogue, realisation, progress)?;
+
+    progress.begin("tidal variation of each halo", None);
+    let mut halo_tidal = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?;
+    let number_before = haloes.catalogue.len();
+    if let Some(limit) = config.haloes.max_kappa {
+        let keep: Vec<bool> = halo_tidal.kappa.iter().map(|kappa| *kappa <= limit).collect();
+        haloes.catalogue = haloes.catalogue.select(&keep);
+        halo_tidal = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?;
+    }
+    let number_excluded = number_before - haloes.catalogue.len();
+    let in_tidal_regime = haloes.catalogue.select(&halo_tidal.within(config.diagnostics.delta_threshold));
+    progress.end();
+
+    let shapes = LensAndSource::resolve(config, realisation);
+    let view = |name: &str, sight, stage| {
+        progress.begin(name, None);
+        let view = View::through(config, sight, &shapes, &inputs.psf, (realisation, stage), progress);
+        progress.end();
+        view
+    };
+    let sight = line_of_sight(config, &haloes, &haloes.catalogue)?;
+    let all = view("image through all haloes", &sight, Stage::NoiseAllHaloes)?;
+    let tidal_sight = line_of_sight(config, &haloes, &in_tidal_regime)?;
+    let tidal = view("image through tidal haloes", &tidal_sight, Stage::NoiseTidalHaloes)?;
+
+    progress.begin("maps of the distortions", Some((config.maps.points * config.maps.points) as u64));
+    let maps = TidalMaps::of(&Tracked { mapping: &sight.observer_to_source(), progress }, config.maps);
+    progress.end();
+
+    Ok(Simulation { config: config.clone(), haloes, halo_tidal, number_excluded, shapes, all, tidal, maps })
+}

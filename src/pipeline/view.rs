@@ -1,0 +1,134 @@
+//! One line of sight looked through: its tensors, Δ_tot, and the image of the lens seen through it.
+
+use rand::RngExt;
+
+use super::haloes::Haloes;
+use super::progress::{Progress, Tracked};
+use crate::config::{Config, LightConfig, SheetModel};
+use crate::diagnostics::{EffectiveLineOfSight, ShearVariation, total_variation};
+use crate::error::Result;
+use crate::halo::{HaloCatalogue, mean_density_sheets};
+use crate::imaging::{Exposure, Psf, Scene, SkyGrid, expose};
+use crate::mapping::multiplane::{LineOfSight, MainLens, Sheets};
+use crate::mapping::{Mapping, Order};
+use crate::numerics::random::{Stage, stream};
+use crate::profile::light::Sersic;
+use crate::profile::mass::{Epl, MassModel};
+
+/// Ellipticities of lens and source, as configured or drawn from the seed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LensAndSource {
+    /// (e1, e2) of the main lens.
+    pub lens_ellipticity: [f64; 2],
+    /// (e1, e2) of the source.
+    pub source_ellipticity: [f64; 2],
+}
+
+impl LensAndSource {
+    /// Takes the configured ellipticities; those left out are drawn with axis ratio uniform in (0.7, 1) and
+    /// random orientation (the paper draws them at random and does not say how).
+    pub fn resolve(config: &Config, realisation: u64) -> Self {
+        let mut rng = stream(config.seed, realisation, Stage::LensAndSource, 0);
+        let mut draw = || {
+            let q = 0.7 + 0.3 * rng.random::<f64>();
+            let (sin, cos) = (2.0 * std::f64::consts::PI * rng.random::<f64>()).sin_cos();
+            let e = (1.0 - q) / (1.0 + q);
+            [e * cos, e * sin]
+        };
+        let (lens, source) = (draw(), draw());
+        let given = |e1: Option<f64>, e2: Option<f64>| Some([e1?, e2?]);
+        Self {
+            lens_ellipticity: given(config.lens.e1, config.lens.e2).unwrap_or(lens),
+            source_ellipticity: given(config.source.e1, config.source.e2).unwrap_or(source),
+        }
+    }
+}
+
+/// What is seen through one set of haloes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Haloes on this line of sight.
+    pub number_of_haloes: usize,
+    /// od, os, ds and LOS tensors on the axis.
+    pub effective: EffectiveLineOfSight,
+    /// Total (os) shear and its relative variation.
+    pub variation: ShearVariation,
+    /// Centre of the main lens, where the haloes make it appear on the axis: −α_od(0).
+    pub lens_centre_arcsec: [f64; 2],
+    /// Centre of the source, where the haloes alone would make it appear on the axis: −α_os(0).
+    pub source_centre_arcsec: [f64; 2],
+    /// The image.
+    pub exposure: Exposure,
+}
+
+/// Sorts haloes into planes with the sheets of the configuration.
+///
+/// # Errors
+/// Passed on from the sheets.
+pub(super) fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue) -> Result<LineOfSight> {
+    let sheets = match config.line_of_sight.sheets {
+        SheetModel::OnAxis => Sheets::OnAxis,
+        SheetModel::None => Sheets::None,
+        SheetModel::MeanDensity => Sheets::Expected(mean_density_sheets(&haloes.population, catalogue)?),
+    };
+    LineOfSight::new(catalogue, config.cosmology, &sheets)
+}
+
+impl View {
+    /// Looks through `line_of_sight` at the lens and source of the configuration.
+    ///
+    /// # Errors
+    /// When lens or source cannot be built from the configuration.
+    pub(super) fn through(
+        config: &Config,
+        line_of_sight: &LineOfSight,
+        shapes: &LensAndSource,
+        psf: &Psf,
+        noise: (u64, Stage),
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let z_lens = config.line_of_sight.z_lens;
+        let haloes_alone = line_of_sight.observer_to_source();
+        let lens_centre_arcsec = axis_position(&line_of_sight.observer_to(z_lens)?);
+        let source_centre_arcsec = axis_position(&haloes_alone);
+        let lens = main_lens(config, shapes, lens_centre_arcsec)?;
+        let source = light(config, &config.source, shapes.source_ellipticity, source_centre_arcsec)?;
+        let lens_light = lens_light(config, shapes)?;
+        let whole = line_of_sight.through_lens(&lens)?;
+        let tracked = Tracked { mapping: &whole, progress };
+        let scene = Scene { mapping: &tracked, source: &source, lens_light: lens_light.as_ref() };
+        let grid = SkyGrid::new(config.image.pixels, config.instrument.pixel_scale_arcsec)?;
+        let sampling = config.image.pixel_sampling;
+        let noise = (config.seed, noise.0, noise.1);
+        Ok(Self {
+            number_of_haloes: line_of_sight.len(),
+            effective: EffectiveLineOfSight::of(line_of_sight, z_lens)?,
+            variation: total_variation(&haloes_alone, config.diagnostics.theta_e_arcsec),
+            lens_centre_arcsec,
+            source_centre_arcsec,
+            exposure: expose(&scene, grid, &config.instrument, psf, sampling, noise),
+        })
+    }
+}
+
+fn axis_position(mapping: &impl Mapping) -> [f64; 2] {
+    mapping.map(&[[0.0, 0.0]], Order::Position).beta_arcsec[0]
+}
+
+fn main_lens(config: &Config, shapes: &LensAndSource, centre_arcsec: [f64; 2]) -> Result<MainLens> {
+    let (radius, slope) = (config.lens.einstein_radius_arcsec, config.lens.slope);
+    let profile = MassModel::Epl(Epl::new(radius, slope, shapes.lens_ellipticity, centre_arcsec)?);
+    Ok(MainLens { z: config.line_of_sight.z_lens, profile })
+}
+
+fn light(config: &Config, own: &LightConfig, ellipticity: [f64; 2], centre_arcsec: [f64; 2]) -> Result<Sersic> {
+    let flux = config.instrument.flux_e_s(own.magnitude);
+    Sersic::with_flux(flux, own.radius_arcsec, own.sersic_index, ellipticity, centre_arcsec)
+}
+
+/// Light of the lens galaxy, which is seen on the axis; shaped like the lens unless it has a shape of its own.
+fn lens_light(config: &Config, shapes: &LensAndSource) -> Result<Option<Sersic>> {
+    let Some(own) = &config.lens_light else { return Ok(None) };
+    let ellipticity = own.e1.zip(own.e2).map_or(shapes.lens_ellipticity, |(e1, e2)| [e1, e2]);
+    Ok(Some(light(config, own, ellipticity, [0.0, 0.0])?))
+}
