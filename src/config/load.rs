@@ -148,7 +148,10 @@ mod tests {
     #[test]
     fn unknown_keys_name_line_and_alternatives() {
         let text = message("seed = 1\n[haloes]\nradius_mpc = 10.0\n");
-        assert!(text.contains("line 3") && text.contains("radius_mpc") && text.contains("radius_cmpc"), "{text}");
+        assert!(
+            text.contains("line 3") && text.contains("radius_mpc") && text.contains("radius_cmpc"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -197,7 +197,12 @@ impl Config {
     /// The first key outside its domain.
     pub fn validate(&self) -> Result<()> {
         let los = &self.line_of_sight;
-        require(los.z_source > 0.0 && los.z_source <= 20.0, "line_of_sight.z_source", los.z_source, "above 0 and at most 20")?;
+        require(
+            los.z_source > 0.0 && los.z_source <= 20.0,
+            "line_of_sight.z_source",
+            los.z_source,
+            "above 0 and at most 20",
+        )?;
         require(
             los.z_lens > 0.0 && los.z_lens < los.z_source,
             "line_of_sight.z_lens",
@@ -253,14 +258,14 @@ impl HaloConfig {
             &format!("above haloes.mass_min_msun = {:e}", self.mass_min_msun),
         )?;
         require(self.radius_cmpc > 0.0, "haloes.radius_cmpc", self.radius_cmpc, "positive")?;
-        require(self.min_point_shear >= 0.0, "haloes.min_point_shear", self.min_point_shear, "zero or positive")?;
-        let scatter = self.concentration_scatter_dex;
         require(
-            (0.0..=1.0).contains(&scatter),
-            "haloes.concentration_scatter_dex",
-            scatter,
-            "from 0 to 1",
+            self.min_point_shear >= 0.0,
+            "haloes.min_point_shear",
+            self.min_point_shear,
+            "zero or positive",
         )?;
+        let scatter = self.concentration_scatter_dex;
+        require((0.0..=1.0).contains(&scatter), "haloes.concentration_scatter_dex", scatter, "from 0 to 1")?;
         let z_max = match self.epoch {
             Epoch::Evolving => z_source,
             Epoch::FrozenZ(z) => {
@@ -321,8 +326,12 @@ fn ellipticity(table: &str, e1: Option<f64>, e2: Option<f64>) -> Result<()> {
         (Some(e1), Some(e2)) => {
             require(e1.hypot(e2) < 1.0, &format!("{table}.e1"), e1, "such that √(e1² + e2²) is below 1")
         }
-        (Some(_), None) => Err(Error::out_of_range(&format!("{table}.e2"), "missing", "given together with e1")),
-        (None, Some(_)) => Err(Error::out_of_range(&format!("{table}.e1"), "missing", "given together with e2")),
+        (Some(_), None) => {
+            Err(Error::out_of_range(&format!("{table}.e2"), "missing", "given together with e1"))
+        }
+        (None, Some(_)) => {
+            Err(Error::out_of_range(&format!("{table}.e1"), "missing", "given together with e2"))
+        }
     }
 }
 

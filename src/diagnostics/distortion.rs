@@ -93,9 +93,8 @@ mod tests {
             let z = Complex::new(x, y);
             z - (f.conj() * z * z + f * 2.0 * z.norm_sqr() + g * z.conj() * z.conj()) * 0.5
         };
-        let second = |i: f64, j: f64, k: f64, l: f64| {
-            beta(i + k, j + l) - beta(i, j) - beta(k, l) + beta(0.0, 0.0)
-        };
+        let second =
+            |i: f64, j: f64, k: f64, l: f64| beta(i + k, j + l) - beta(i, j) - beta(k, l) + beta(0.0, 0.0);
         let (xx, xy, yy) =
             (second(1.0, 0.0, 1.0, 0.0), second(1.0, 0.0, 0.0, 1.0), second(0.0, 1.0, 0.0, 1.0));
         let d = Distortion::of_ray(&[1.0, 0.0, 0.0, 1.0], &[xx.re, xy.re, yy.re, xx.im, xy.im, yy.im]);

@@ -30,10 +30,15 @@ impl EffectiveLineOfSight {
         let od = Distortion::on_axis(&line_of_sight.observer_to(z_lens)?);
         let os = Distortion::on_axis(&line_of_sight.observer_to_source());
         let ds = Distortion::on_axis(&line_of_sight.to_source_from(z_lens)?);
-        let los = los_jacobian(&od.tidal, &os.tidal, &ds.tidal).ok_or_else(|| {
-            Error::out_of_range("A_ds of the line of sight", "singular", "invertible")
-        })?;
-        Ok(Self { od, os, ds, los: Tidal::of_jacobian(&los), los_linear: linear(&od.tidal, &os.tidal, &ds.tidal) })
+        let los = los_jacobian(&od.tidal, &os.tidal, &ds.tidal)
+            .ok_or_else(|| Error::out_of_range("A_ds of the line of sight", "singular", "invertible"))?;
+        Ok(Self {
+            od,
+            os,
+            ds,
+            los: Tidal::of_jacobian(&los),
+            los_linear: linear(&od.tidal, &os.tidal, &ds.tidal),
+        })
     }
 }
 

@@ -24,10 +24,7 @@ impl ShearVariation {
 
 /// Δ_tot of a traced mapping at the scale `theta_e_arcsec`.
 pub fn total_variation(mapping: &impl Mapping, theta_e_arcsec: f64) -> ShearVariation {
-    let rays = mapping.map(
-        &[[0.0, 0.0], [theta_e_arcsec, 0.0], [0.0, theta_e_arcsec]],
-        Order::Jacobian,
-    );
+    let rays = mapping.map(&[[0.0, 0.0], [theta_e_arcsec, 0.0], [0.0, theta_e_arcsec]], Order::Jacobian);
     let shear = |i: usize| {
         let [xx, xy, yx, yy] = rays.jacobian[i];
         Tidal::of_jacobian(&nalgebra::Matrix2::new(xx, xy, yx, yy)).gamma

@@ -100,7 +100,9 @@ impl HaloCatalogue {
         match masses {
             HaloMasses::Angles { r_s_arcsec, alpha_rs_arcsec } => {
                 check(&r_s_arcsec, "r_s_arcsec", "positive", |v| v > 0.0)?;
-                check(&alpha_rs_arcsec, "alpha_rs_arcsec", "zero or positive (no negative mass)", |v| v >= 0.0)?;
+                check(&alpha_rs_arcsec, "alpha_rs_arcsec", "zero or positive (no negative mass)", |v| {
+                    v >= 0.0
+                })?;
                 catalogue.r_s_arcsec = r_s_arcsec;
                 catalogue.alpha_rs_arcsec = alpha_rs_arcsec;
             }

@@ -134,9 +134,7 @@ impl Cumulative {
         let low = table.start + table.step * cell as f64;
         let weight = (self.power * low).exp();
         self.at[cell]
-            + table.density[cell]
-                * weight
-                * exponential_integral(table.slope(cell) + self.power, x - low)
+            + table.density[cell] * weight * exponential_integral(table.slope(cell) + self.power, x - low)
     }
 
     /// The x = ln M up to which the integral is `target`.

@@ -68,7 +68,12 @@ impl Population {
     ) -> Result<Self> {
         require(z_source > 0.0, "z_source", z_source, "positive")?;
         require(limits.radius_cmpc > 0.0, "radius_cmpc", limits.radius_cmpc, "positive")?;
-        require(limits.min_point_shear >= 0.0, "min_point_shear", limits.min_point_shear, "zero or positive")?;
+        require(
+            limits.min_point_shear >= 0.0,
+            "min_point_shear",
+            limits.min_point_shear,
+            "zero or positive",
+        )?;
         require(limits.mass_min_msun > 0.0, "mass_min_msun", limits.mass_min_msun, "positive")?;
         require(
             limits.mass_max_msun > limits.mass_min_msun,
@@ -79,7 +84,9 @@ impl Population {
         let chi_source = background.comoving_distance_mpc(z_source);
         let slab_cmpc = chi_source / SLABS as f64;
         let at = |z: f64| {
-            MassTable::new(limits.mass_min_msun, limits.mass_max_msun, MASS_CELLS, |m| dn_dlnm_per_cmpc3(m, z))
+            MassTable::new(limits.mass_min_msun, limits.mass_max_msun, MASS_CELLS, |m| {
+                dn_dlnm_per_cmpc3(m, z)
+            })
         };
         let redshifts: Vec<f64> = (0..=SLABS)
             .map(|i| background.redshift_at_comoving_distance(slab_cmpc * i as f64))
@@ -87,10 +94,9 @@ impl Population {
         let redshift = UniformSpline::new(0.0, slab_cmpc, &redshifts)?;
         let tables = match epoch {
             Epoch::FrozenZ(z) => vec![at(z)],
-            Epoch::Evolving => (0..SLABS)
-                .into_par_iter()
-                .map(|i| at(redshift.value(slab_cmpc * (i as f64 + 0.5))))
-                .collect(),
+            Epoch::Evolving => {
+                (0..SLABS).into_par_iter().map(|i| at(redshift.value(slab_cmpc * (i as f64 + 0.5)))).collect()
+            }
         };
         Ok(Self { background, z_source, limits, slab_cmpc, tables, redshift })
     }
@@ -122,7 +128,8 @@ impl Population {
 
     /// Squared comoving radius per Msun within which a point lens shears by at least the limit, at distance χ.
     pub(super) fn kept_radius_squared_per_msun(&self, scaling: &NfwScaling, chi_cmpc: f64) -> f64 {
-        scaling.einstein_radius_squared_per_msun(chi_cmpc, self.redshift(chi_cmpc)) / self.limits.min_point_shear
+        scaling.einstein_radius_squared_per_msun(chi_cmpc, self.redshift(chi_cmpc))
+            / self.limits.min_point_shear
     }
 
     /// Expected number of haloes in the cylinder before the cut.

@@ -18,7 +18,11 @@ pub fn passes_shear_cut(
     min_point_shear: f64,
 ) -> Result<Vec<bool>> {
     let masses = haloes.m200c_msun.as_ref().ok_or_else(|| {
-        Error::out_of_range("columns of the catalogue", "without m200c_msun", "with m200c_msun when the shear cut is asked for")
+        Error::out_of_range(
+            "columns of the catalogue",
+            "without m200c_msun",
+            "with m200c_msun when the shear cut is asked for",
+        )
     })?;
     let scaling = NfwScaling::new(background, haloes.z_source());
     Ok((0..haloes.len())

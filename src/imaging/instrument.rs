@@ -50,12 +50,22 @@ impl Instrument {
     /// # Errors
     /// The first setting outside its domain.
     pub fn validate(&self) -> Result<()> {
-        require(self.pixel_scale_arcsec > 0.0, "instrument.pixel_scale_arcsec", self.pixel_scale_arcsec, "positive")?;
+        require(
+            self.pixel_scale_arcsec > 0.0,
+            "instrument.pixel_scale_arcsec",
+            self.pixel_scale_arcsec,
+            "positive",
+        )?;
         require(self.exposure_s > 0.0, "instrument.exposure_s", self.exposure_s, "positive")?;
         require(true, "instrument.zero_point_mag", self.zero_point_mag, "finite")?;
         require(true, "instrument.sky_mag_arcsec2", self.sky_mag_arcsec2, "finite")?;
         require(self.read_noise_e >= 0.0, "instrument.read_noise_e", self.read_noise_e, "zero or positive")?;
-        require(self.psf_fwhm_arcsec >= 0.0, "instrument.psf_fwhm_arcsec", self.psf_fwhm_arcsec, "zero or positive")?;
+        require(
+            self.psf_fwhm_arcsec >= 0.0,
+            "instrument.psf_fwhm_arcsec",
+            self.psf_fwhm_arcsec,
+            "zero or positive",
+        )?;
         require(
             self.psf_truncation_sigma > 0.0,
             "instrument.psf_truncation_sigma",

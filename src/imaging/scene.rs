@@ -15,16 +15,16 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Surface brightness in the directions θ, flux per arcsec²; lensing conserves it.
+    /// Surface brightness seen in direction θ when the ray comes from β, flux per arcsec²; lensing conserves it.
+    pub fn brightness(&self, theta_arcsec: [f64; 2], beta_arcsec: [f64; 2]) -> f64 {
+        let [x, y] = theta_arcsec;
+        self.source.surface_brightness(beta_arcsec[0], beta_arcsec[1])
+            + self.lens_light.map_or(0.0, |light| light.surface_brightness(x, y))
+    }
+
+    /// Surface brightness in the directions θ, flux per arcsec².
     pub fn surface_brightness(&self, theta_arcsec: &[[f64; 2]]) -> Vec<f64> {
         let rays = self.mapping.map(theta_arcsec, Order::Position);
-        theta_arcsec
-            .iter()
-            .zip(&rays.beta_arcsec)
-            .map(|(theta, beta)| {
-                self.source.surface_brightness(beta[0], beta[1])
-                    + self.lens_light.map_or(0.0, |light| light.surface_brightness(theta[0], theta[1]))
-            })
-            .collect()
+        theta_arcsec.iter().zip(rays.beta_arcsec).map(|(theta, beta)| self.brightness(*theta, beta)).collect()
     }
 }

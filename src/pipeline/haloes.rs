@@ -10,7 +10,8 @@ use crate::cosmology::{Background, LinearTheory};
 use crate::error::{Error, Result};
 use crate::halo::concentration::ConcentrationTable;
 use crate::halo::{
-    DrawnHaloes, Epoch, HaloCatalogue, HaloMasses, Population, draw_brute_force, draw_direct, passes_shear_cut,
+    DrawnHaloes, Epoch, HaloCatalogue, HaloMasses, Population, draw_brute_force, draw_direct,
+    passes_shear_cut,
 };
 use crate::numerics::random::{Stage, stream};
 
@@ -59,8 +60,7 @@ pub fn populate(
     };
     let relation = settings.mass_function.build(settings.mass_definition, linear.background(), z_max)?;
     let dn_dlnm = |mass: f64, z: f64| relation.dn_dlnm_per_cmpc3(&linear, mass, z);
-    let population =
-        Population::new(config.cosmology, z_source, settings.limits(), settings.epoch, dn_dlnm)?;
+    let population = Population::new(config.cosmology, z_source, settings.limits(), settings.epoch, dn_dlnm)?;
     let mass_function = MassFunctionCurve::sample(relation.name(), config, z_curve, dn_dlnm);
     let (catalogue, number_drawn) = match imported {
         Some(catalogue) => (cut_imported(config, catalogue)?, None),
@@ -152,12 +152,7 @@ fn redshifts(background: &Background, chi_cmpc: &[f64]) -> Result<Vec<f64>> {
     chi_cmpc.par_iter().map(|&chi| background.redshift_at_comoving_distance(chi)).collect()
 }
 
-fn concentrations(
-    config: &Config,
-    linear: &LinearTheory,
-    masses: &[f64],
-    z: &[f64],
-) -> Result<Vec<f64>> {
+fn concentrations(config: &Config, linear: &LinearTheory, masses: &[f64], z: &[f64]) -> Result<Vec<f64>> {
     let settings = &config.haloes;
     let relation = settings.concentration.build(HALO_MASS_DEFINITION)?;
     Ok(match settings.epoch {

@@ -65,7 +65,11 @@ pub struct View {
 ///
 /// # Errors
 /// Passed on from the sheets.
-pub(super) fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue) -> Result<LineOfSight> {
+pub(super) fn line_of_sight(
+    config: &Config,
+    haloes: &Haloes,
+    catalogue: &HaloCatalogue,
+) -> Result<LineOfSight> {
     let sheets = match config.line_of_sight.sheets {
         SheetModel::OnAxis => Sheets::OnAxis,
         SheetModel::None => Sheets::None,
@@ -121,7 +125,12 @@ fn main_lens(config: &Config, shapes: &LensAndSource, centre_arcsec: [f64; 2]) -
     Ok(MainLens { z: config.line_of_sight.z_lens, profile })
 }
 
-fn light(config: &Config, own: &LightConfig, ellipticity: [f64; 2], centre_arcsec: [f64; 2]) -> Result<Sersic> {
+fn light(
+    config: &Config,
+    own: &LightConfig,
+    ellipticity: [f64; 2],
+    centre_arcsec: [f64; 2],
+) -> Result<Sersic> {
     let flux = config.instrument.flux_e_s(own.magnitude);
     Sersic::with_flux(flux, own.radius_arcsec, own.sersic_index, ellipticity, centre_arcsec)
 }

@@ -73,10 +73,7 @@ impl Ray {
                 nfw_radial::potential(u)
             };
             let f_psi = 0.5 * (plane.fk / plane.inv_r_s2 * integral - plane.f_sheet * square(theta));
-            self.kick(
-                [km * t[0] - plane.f_sheet * theta[0], km * t[1] - plane.f_sheet * theta[1]],
-                f_psi,
-            );
+            self.kick([km * t[0] - plane.f_sheet * theta[0], km * t[1] - plane.f_sheet * theta[1]], f_psi);
         }
     }
 }

@@ -82,11 +82,7 @@ impl Plane {
     #[inline(always)]
     pub fn radial(&self, u: f64) -> [f64; 3] {
         let basis = nfw_radial::basis(u);
-        if self.tau.is_finite() {
-            crate::profile::mass::truncated(u, &basis, self.tau)
-        } else {
-            basis.nfw()
-        }
+        if self.tau.is_finite() { crate::profile::mass::truncated(u, &basis, self.tau) } else { basis.nfw() }
     }
 
     /// f·κ_h(0) = f·k(m + u·m′) at the axis.

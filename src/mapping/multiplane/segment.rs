@@ -97,7 +97,10 @@ impl<'a> Segment<'a> {
                     beta_arcsec: rays
                         .clone()
                         .map(|i| {
-                            [(tile.x[0][i] - self.x_axis_end[0]) * scale, (tile.x[1][i] - self.x_axis_end[1]) * scale]
+                            [
+                                (tile.x[0][i] - self.x_axis_end[0]) * scale,
+                                (tile.x[1][i] - self.x_axis_end[1]) * scale,
+                            ]
                         })
                         .collect(),
                     ..RayBundle::default()

@@ -113,18 +113,12 @@ impl MassProfile for Epl {
         let (z, radius) = self.own_frame(x, y);
         let (kappa, gamma) = self.own_shear(z, radius);
         // F = ∂*κ with κ ∝ radius^{-t}; G = ∂*γ from ∂* of z̄γ = (1−t)α − zκ.
-        let f =
-            Complex::new(self.q * self.q * z.re, z.im) * (-0.5 * self.t * kappa / (radius * radius));
+        let f = Complex::new(self.q * self.q * z.re, z.im) * (-0.5 * self.t * kappa / (radius * radius));
         let g = (gamma * (-self.t) - z * f) / z.conj();
         let f = f * self.axis;
         let g = g * self.axis * self.axis * self.axis;
         // ∂xκ = 2Re F, ∂yκ = 2Im F; ∂xγ = F + G, ∂yγ = i(F − G).
-        [
-            3.0 * f.re + g.re,
-            f.im + g.im,
-            f.re - g.re,
-            3.0 * f.im - g.im,
-        ]
+        [3.0 * f.re + g.re, f.im + g.im, f.re - g.re, 3.0 * f.im - g.im]
     }
 }
 

@@ -112,7 +112,10 @@ pub(crate) mod derivative_checks {
     /// α = ∇ψ, H = ∂α, T = ∂H at (x, y), each to `relative` of the largest component.
     pub fn assert_consistent(profile: &impl MassProfile, x: f64, y: f64, step: f64, relative: f64) {
         let check = |name: &str, got: f64, want: f64, scale: f64| {
-            assert!((got - want).abs() <= relative * scale, "{name} at ({x}, {y}): {got:e}, differences {want:e}");
+            assert!(
+                (got - want).abs() <= relative * scale,
+                "{name} at ({x}, {y}): {got:e}, differences {want:e}"
+            );
         };
         let alpha = profile.deflection(x, y);
         let scale = alpha[0].hypot(alpha[1]).max(1e-300);

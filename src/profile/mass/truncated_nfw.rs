@@ -81,7 +81,8 @@ pub fn potential(u: f64, tau: f64) -> f64 {
     let x = u.sqrt();
     (0..PANELS)
         .map(|i| {
-            let (high, low) = (x * 0.5f64.powi(i), if i + 1 == PANELS { 0.0 } else { x * 0.5f64.powi(i + 1) });
+            let (high, low) =
+                (x * 0.5f64.powi(i), if i + 1 == PANELS { 0.0 } else { x * 0.5f64.powi(i + 1) });
             nodes.integrate(low, high, |x| {
                 let u = (x * x).max(nfw_radial::U_FLOOR);
                 2.0 * x * truncated(u, &nfw_radial::basis(u), tau)[0]
@@ -114,8 +115,8 @@ impl MassProfile for TruncatedNfw {
 
 #[cfg(test)]
 mod tests {
-    use super::super::nfw::M_AT_R_S;
     use super::super::derivative_checks::assert_consistent;
+    use super::super::nfw::M_AT_R_S;
     use super::*;
     use proptest::prelude::*;
 
@@ -133,8 +134,10 @@ mod tests {
 
     #[test]
     fn without_truncation_it_is_the_nfw_lens() {
-        let (cut, nfw) =
-            (TruncatedNfw::new(1.3, 0.2, 1.3e6, [0.0, 0.0]).unwrap(), Nfw::new(1.3, 0.2, [0.0, 0.0]).unwrap());
+        let (cut, nfw) = (
+            TruncatedNfw::new(1.3, 0.2, 1.3e6, [0.0, 0.0]).unwrap(),
+            Nfw::new(1.3, 0.2, [0.0, 0.0]).unwrap(),
+        );
         for r in [1e-3, 0.3, 1.3, 4.0, 90.0] {
             let (a, b) = (cut.deflection(r, 0.0)[0], nfw.deflection(r, 0.0)[0]);
             // The difference is O(r²/r_t²) and π r_s/r_t.
@@ -147,8 +150,8 @@ mod tests {
         let tau = 7.0_f64;
         let halo = TruncatedNfw::new(1.0, M_AT_R_S, tau, [0.0, 0.0]).unwrap();
         let t2 = tau * tau;
-        let total = t2 / (t2 + 1.0).powi(2)
-            * ((t2 - 1.0) * tau.ln() + std::f64::consts::PI * tau - (t2 + 1.0));
+        let total =
+            t2 / (t2 + 1.0).powi(2) * ((t2 - 1.0) * tau.ln() + std::f64::consts::PI * tau - (t2 + 1.0));
         let r = 1e4;
         assert!((r * halo.deflection(r, 0.0)[0] / total - 1.0).abs() < 1e-6);
     }
