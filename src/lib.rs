@@ -13,5 +13,6 @@ pub mod numerics;
 pub mod pipeline;
 pub mod plot;
 pub mod profile;
+pub mod report;
 
 pub use error::{Error, Result};

@@ -51,13 +51,20 @@ pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
             std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?
         }
     };
-    resolve(preset, &text).map_err(|problem| match problem {
+    let mut config = resolve(preset, &text).map_err(|problem| match problem {
         Problem::Toml(mut error) => {
             error.set_input(Some(&text));
             Error::Config { path: path.into(), problem: error.to_string().trim_end().into() }
         }
         Problem::Value { at, error } => Error::Config { path: path.into(), problem: format!("{at}{error}") },
-    })
+    })?;
+    // Files named in a configuration lie where it lies.
+    if let Some(folder) = user.and_then(Path::parent) {
+        for file in [&mut config.haloes.catalogue, &mut config.instrument.psf_file].into_iter().flatten() {
+            *file = folder.join(&*file);
+        }
+    }
+    Ok(config)
 }
 
 /// What is wrong with a configuration: its text, or a value (with its place).

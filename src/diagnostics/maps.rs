@@ -33,6 +33,8 @@ impl MapGrid {
 pub struct TidalMaps {
     /// The grid.
     pub grid: MapGrid,
+    /// Distortion of the axis ray, with which Δ compares.
+    pub on_axis: Distortion,
     /// Convergence.
     pub kappa: Vec<f64>,
     /// Shear, first component.
@@ -53,10 +55,12 @@ impl TidalMaps {
     /// Traces the grid with second derivatives.
     pub fn of(mapping: &impl Mapping, grid: MapGrid) -> Self {
         let nodes = Distortion::of_bundle(&mapping.map(&grid.theta_arcsec(), Order::SecondDerivatives));
-        let axis = Distortion::on_axis(mapping).tidal.gamma;
+        let on_axis = Distortion::on_axis(mapping);
+        let axis = on_axis.tidal.gamma;
         let map = |value: &dyn Fn(&Distortion) -> f64| nodes.iter().map(value).collect();
         Self {
             grid,
+            on_axis,
             kappa: map(&|d| d.tidal.kappa),
             gamma1: map(&|d| d.tidal.gamma.re),
             gamma2: map(&|d| d.tidal.gamma.im),

@@ -164,6 +164,19 @@ impl Population {
             .sum()
     }
 
+    /// Comoving volume in which a halo of this mass is kept: ∫dχ π·min(R², r_E²/ε), Mpc³.
+    pub fn kept_volume_cmpc3(&self, mass_msun: f64) -> f64 {
+        let scaling = NfwScaling::new(&self.background, self.z_source);
+        let radius_squared = self.limits.radius_cmpc.powi(2);
+        (0..SLABS)
+            .map(|i| {
+                let chi = self.slab_cmpc * (i as f64 + 0.5);
+                let kept = mass_msun * self.kept_radius_squared_per_msun(&scaling, chi);
+                std::f64::consts::PI * radius_squared.min(kept) * self.slab_cmpc
+            })
+            .sum()
+    }
+
     /// Redshift at comoving distance χ, by spline (1e-9); the haloes kept get theirs exactly.
     pub(super) fn redshift(&self, chi_cmpc: f64) -> f64 {
         self.redshift.value(chi_cmpc)

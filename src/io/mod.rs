@@ -2,11 +2,14 @@
 
 mod atomic_file;
 mod fits_file;
+mod halo_table;
 mod hdf5_objects;
 mod image_fits;
 mod image_wcs;
 mod provenance;
+mod ray_table;
 mod run_file;
+mod simulation_file;
 mod staging;
 mod table;
 mod table_csv;
@@ -14,8 +17,11 @@ mod table_fits;
 mod table_hdf5;
 
 pub use atomic_file::{check_writable, write_atomically};
+pub use halo_table::{halo_table, read_haloes, write_haloes};
 pub use image_fits::{ExposureKeywords, ImageFile, PsfKernel};
 pub use provenance::Provenance;
+pub use ray_table::{Points, ray_table, read_points};
 pub use run_file::{AttributeValue, RunFile};
+pub use simulation_file::{write_maps, write_simulation};
 pub use staging::Staging;
 pub use table::{Column, HALOES_GROUP, POINTS_GROUP, RAYS_GROUP, Table, Values};

@@ -153,6 +153,16 @@ impl Table {
         atomic_file::check_writable(path)
     }
 
+    /// The table with one more column.
+    ///
+    /// # Errors
+    /// As [`Table::new`].
+    pub fn with(self, column: Column) -> Result<Self> {
+        let lines = self.line_of_row;
+        let table = Self::new(self.columns.into_iter().chain([column]).collect())?;
+        Ok(Self { line_of_row: lines, ..table })
+    }
+
     /// The columns in the order of the file.
     pub fn columns(&self) -> &[Column] {
         &self.columns

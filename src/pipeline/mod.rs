@@ -3,9 +3,11 @@
 mod haloes;
 mod progress;
 mod simulate;
+mod summary;
 mod view;
 
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
 pub use simulate::{Inputs, Simulation, simulate};
-pub use view::{LensAndSource, View};
+pub use summary::{Quantities, Summary};
+pub use view::{LensAndSource, View, line_of_sight};

@@ -65,11 +65,7 @@ pub struct View {
 ///
 /// # Errors
 /// Passed on from the sheets.
-pub(super) fn line_of_sight(
-    config: &Config,
-    haloes: &Haloes,
-    catalogue: &HaloCatalogue,
-) -> Result<LineOfSight> {
+pub fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue) -> Result<LineOfSight> {
     let sheets = match config.line_of_sight.sheets {
         SheetModel::OnAxis => Sheets::OnAxis,
         SheetModel::None => Sheets::None,
@@ -83,7 +79,7 @@ impl View {
     ///
     /// # Errors
     /// When lens or source cannot be built from the configuration.
-    pub(super) fn through(
+    pub fn through(
         config: &Config,
         line_of_sight: &LineOfSight,
         shapes: &LensAndSource,

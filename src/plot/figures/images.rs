@@ -31,7 +31,8 @@ pub struct ImagesData<'a> {
 pub fn images(data: &ImagesData) -> Figure {
     let rows = [(data.noise_free, "noise-free"), (data.noisy, "with noise")];
     let without = format!("without Δ_{{h}} ≥ {}", data.delta_threshold);
-    let stretch = image_norm(data);
+    let brightest = [data.noise_free.all_haloes, data.noise_free.without_rough];
+    let stretch = image_norm(&brightest, data.background_rms_e_per_s);
     let change = Norm::symmetric_about(0.0, &largest_differences(data), 1.0);
     let unit = "[e^{−} s^{−1} pixel^{−1}]";
 
@@ -66,6 +67,36 @@ pub fn images(data: &ImagesData) -> Figure {
     }
 }
 
+/// One exposure.
+#[derive(Debug, Clone, Copy)]
+pub struct ImagePairData<'a> {
+    /// Before noise.
+    pub noise_free: GridData<'a>,
+    /// With noise.
+    pub noisy: GridData<'a>,
+    /// Rms of the background: where the stretch turns from linear to logarithmic.
+    pub background_rms_e_per_s: f64,
+}
+
+/// Draws one exposure before and with noise over the full page, in one stretch.
+pub fn image_pair(data: &ImagePairData) -> Figure {
+    let norm = image_norm(&[data.noise_free], data.background_rms_e_per_s);
+    let panel = |column: usize, (grid, name): (GridData, &str)| {
+        let mut panel = grid.panel(ColourMap::Inferno, norm, column);
+        panel.marks.push(caption(name, (0.05, 0.93), true));
+        panel.tick_colour = Colour::WHITE;
+        if column == 0 {
+            let label = "flux [e^{−} s^{−1} pixel^{−1}]".into();
+            panel.colour_bar =
+                Some(ColourBar { map: ColourMap::Inferno, norm, label, side: Side::TopOver(2) });
+        }
+        panel
+    };
+    let columns = [(data.noise_free, "noise-free"), (data.noisy, "with noise")];
+    let panels = columns.into_iter().enumerate().map(|(i, column)| panel(i, column)).collect();
+    Figure { columns: 2, panel_aspect: data.noise_free.aspect(), panels, ..Figure::full_width("Exposure") }
+}
+
 /// The bar over the two image columns, and that over the differences.
 fn bar(column: usize, map: ColourMap, norm: Norm, unit: &str) -> Option<ColourBar> {
     let (label, side) = match column {
@@ -76,12 +107,11 @@ fn bar(column: usize, map: ColourMap, norm: Norm, unit: &str) -> Option<ColourBa
     Some(ColourBar { map, norm, label, side })
 }
 
-/// An asinh stretch from just below the background to the brightest pixel before noise.
-fn image_norm(data: &ImagesData) -> Norm {
-    let brightest = |grid: GridData| quantile(grid.values, 1.0).unwrap_or(1.0);
-    let high = brightest(data.noise_free.all_haloes).max(brightest(data.noise_free.without_rough));
-    let softening =
-        if data.background_rms_e_per_s > 0.0 { data.background_rms_e_per_s } else { 0.01 * high.abs() };
+/// An asinh stretch from just below the background to the brightest of the pixels given.
+fn image_norm(grids: &[GridData], background_rms_e_per_s: f64) -> Norm {
+    let brightest = grids.iter().filter_map(|grid| quantile(grid.values, 1.0)).fold(f64::MIN, f64::max);
+    let high = if brightest > 0.0 { brightest } else { 1.0 };
+    let softening = if background_rms_e_per_s > 0.0 { background_rms_e_per_s } else { 0.01 * high };
     Norm::Asinh { low: -2.0 * softening, high, softening }
 }
 
@@ -116,7 +146,8 @@ mod tests {
         let figure = images(&data);
         assert_eq!(figure.panels.len(), 6);
         assert_eq!(figure.panels.iter().filter(|panel| panel.colour_bar.is_some()).count(), 2);
-        assert_eq!(image_norm(&data), Norm::Asinh { low: -0.012, high: 0.3, softening: 0.006 });
+        let brightest = [data.noise_free.all_haloes];
+        assert_eq!(image_norm(&brightest, 0.006), Norm::Asinh { low: -0.012, high: 0.3, softening: 0.006 });
     }
 
     #[test]

@@ -10,7 +10,7 @@ mod tidal_maps;
 pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
 pub use histograms::{HaloEffects, histograms};
-pub use images::{ImageRow, ImagesData, images};
+pub use images::{ImagePairData, ImageRow, ImagesData, image_pair, images};
 pub use mass_function::{DrawnHaloes, MassFunctionCurve, MassFunctionData, mass_function};
 pub use tidal_maps::{TidalMapsData, tidal_maps};
 

@@ -1,0 +1,78 @@
+//! `haloray image`: one exposure of the lens through a line of sight.
+
+use std::path::{Path, PathBuf};
+
+use haloray::Result;
+use haloray::io::{Staging, check_writable, write_atomically};
+use haloray::numerics::random::Stage;
+use haloray::pipeline::{self, LensAndSource, Progress, View, line_of_sight};
+use haloray::report::{exposure_figure, image_file};
+
+use crate::bars::Bars;
+use crate::settings::{Settings, imported_haloes, provenance, psf};
+
+/// Image the lens and source of the configuration through its haloes.
+///
+/// FITS, float64, e⁻/s per pixel, with WCS and the keywords EXPTIME, BKGRMS, PSFFWHM, PSFTRUNC, ZLENS, ZSOURCE that
+/// the fitter reads.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  haloray image -o image\n  haloray image my.toml --haloes haloes.csv --noise-free -o image.fits"
+)]
+pub struct Args {
+    #[command(flatten)]
+    settings: Settings,
+    /// Halo table to use instead of a draw.
+    #[arg(long, value_name = "FILE")]
+    haloes: Option<PathBuf>,
+    /// With one FITS file as output: the image before noise.
+    #[arg(long)]
+    noise_free: bool,
+    /// Folder for image.fits, image_noise_free.fits and the figure, or one file ending in .fits.
+    #[arg(long, short, value_name = "DIR|FILE.fits")]
+    output: PathBuf,
+}
+
+pub fn run(args: &Args, bars: &Bars) -> Result<()> {
+    let mut config = args.settings.resolve()?;
+    config.haloes.catalogue = args.haloes.clone().or(config.haloes.catalogue);
+    let psf = psf(&config)?;
+    let imported = imported_haloes(&config)?;
+    let provenance = provenance(&config)?;
+    let single_file = args.output.extension().is_some_and(|e| e == "fits" || e == "fit");
+    let staging = if single_file {
+        check_writable(&args.output)?;
+        None
+    } else {
+        Some(Staging::begin(&args.output)?)
+    };
+
+    let haloes = pipeline::populate(&config, imported, 0, bars)?;
+    let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
+    let shapes = LensAndSource::resolve(&config, 0);
+    bars.begin("image", None);
+    let view = View::through(&config, &sight, &shapes, &psf, (0, Stage::NoiseImage), bars)?;
+    bars.end();
+
+    let exposure = &view.exposure;
+    let fits =
+        |pixels: &[f64], path: &Path| image_file(&config, &psf, exposure, pixels).write(path, &provenance);
+    let files = match staging {
+        None => {
+            let pixels = if args.noise_free { &exposure.noise_free_e_s } else { &exposure.noisy_e_s };
+            write_atomically(&args.output, |path| fits(pixels, path))?;
+            vec![args.output.clone()]
+        }
+        Some(staging) => {
+            staging.write("image.fits", |path| fits(&exposure.noisy_e_s, path))?;
+            staging.write("image_noise_free.fits", |path| fits(&exposure.noise_free_e_s, path))?;
+            let figure = exposure_figure(exposure, config.instrument.background_rms_e_s());
+            staging.write("image.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
+            staging.commit()?
+        }
+    };
+    if !bars.is_quiet() {
+        crate::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
+    }
+    Ok(())
+}

@@ -1,0 +1,83 @@
+//! `haloray map`: maps of the distortions of a line of sight.
+
+use std::path::PathBuf;
+
+use haloray::Result;
+use haloray::diagnostics::TidalMaps;
+use haloray::io::{RunFile, Staging, check_writable, write_atomically, write_maps};
+use haloray::pipeline::{self, Progress, Tracked, line_of_sight};
+use haloray::report::map_figures;
+
+use crate::bars::Bars;
+use crate::settings::{Settings, imported_haloes, provenance};
+
+/// Map κ, γ1, γ2, ω, |F|, |G| and Δ of the haloes on a grid (main lens excluded).
+///
+/// Haloes are drawn as configured or read from --haloes; the grid is [maps] of the configuration.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  haloray map -o maps\n  haloray map --haloes haloes.csv --grid-points 201 -o maps.h5"
+)]
+pub struct Args {
+    #[command(flatten)]
+    settings: Settings,
+    /// Halo table to use instead of a draw.
+    #[arg(long, value_name = "FILE")]
+    haloes: Option<PathBuf>,
+    /// Nodes a side, instead of the configuration's.
+    #[arg(long, value_name = "N")]
+    grid_points: Option<usize>,
+    /// Largest |θ_x| and |θ_y| of the grid, instead of the configuration's.
+    #[arg(long, value_name = "ARCSEC")]
+    half_width_arcsec: Option<f64>,
+    /// Folder for maps.h5 and the figures, or one file ending in .h5 for the maps alone.
+    #[arg(long, short, value_name = "DIR|FILE.h5")]
+    output: PathBuf,
+}
+
+pub fn run(args: &Args, bars: &Bars) -> Result<()> {
+    let mut config = args.settings.resolve()?;
+    config.haloes.catalogue = args.haloes.clone().or(config.haloes.catalogue);
+    config.maps.points = args.grid_points.unwrap_or(config.maps.points);
+    config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
+    config.validate()?;
+    let imported = imported_haloes(&config)?;
+    let provenance = provenance(&config)?;
+    let single_file = args.output.extension().is_some_and(|e| e == "h5" || e == "hdf5");
+    let staging = if single_file {
+        check_writable(&args.output)?;
+        None
+    } else {
+        Some(Staging::begin(&args.output)?)
+    };
+
+    let haloes = pipeline::populate(&config, imported, 0, bars)?;
+    let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
+    bars.begin("maps of the distortions", Some((config.maps.points * config.maps.points) as u64));
+    let maps = TidalMaps::of(&Tracked { mapping: &sight.observer_to_source(), progress: bars }, config.maps);
+    bars.end();
+
+    let write = |path: &std::path::Path| -> Result<()> {
+        let file = RunFile::create(path, &provenance)?;
+        write_maps(&file, "maps", &maps)?;
+        file.close()
+    };
+    let files = match staging {
+        None => {
+            write_atomically(&args.output, write)?;
+            vec![args.output.clone()]
+        }
+        Some(staging) => {
+            staging.write("maps.h5", write)?;
+            for (name, figure) in map_figures(&staging.path("maps.h5"))? {
+                staging
+                    .write(format!("{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))?;
+            }
+            staging.commit()?
+        }
+    };
+    if !bars.is_quiet() {
+        crate::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
+    }
+    Ok(())
+}

@@ -1,0 +1,41 @@
+//! `haloray populate`: draw the haloes of a line of sight into a table.
+
+use std::path::PathBuf;
+
+use haloray::Result;
+use haloray::io::{Table, write_haloes};
+use haloray::pipeline;
+
+use crate::bars::Bars;
+use crate::settings::{Settings, imported_haloes, provenance};
+use crate::summary::grouped;
+
+/// Draw the haloes of a line of sight and write them as a table.
+///
+/// Columns: z, theta_x_arcsec, theta_y_arcsec, r_s_arcsec, alpha_rs_arcsec (reduced to the source), m200c_msun, c200c.
+/// The table can be given to `trace`, `map` and `image`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  haloray populate -o haloes.h5\n  haloray populate --draw brute-force --seed 3 -o haloes.csv"
+)]
+pub struct Args {
+    #[command(flatten)]
+    settings: Settings,
+    /// Halo table to write: .csv, .h5 or .fits.
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+pub fn run(args: &Args, bars: &Bars) -> Result<()> {
+    let config = args.settings.resolve()?;
+    let imported = imported_haloes(&config)?;
+    Table::check_target(&args.output)?;
+    let haloes = pipeline::populate(&config, imported, 0, bars)?;
+    bars.stage("write table", || write_haloes(&haloes.catalogue, &args.output, &provenance(&config)?))?;
+    if !bars.is_quiet() {
+        let drawn = haloes.number_drawn.map_or(String::new(), |n| format!(" of {} drawn", grouped(n as f64)));
+        let kept = grouped(haloes.catalogue.len() as f64);
+        crate::print(&format!("{kept} haloes{drawn} written to {}\n", args.output.display()));
+    }
+    Ok(())
+}

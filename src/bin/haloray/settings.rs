@@ -1,0 +1,124 @@
+//! The arguments that choose a configuration, shared by the subcommands that need one.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use haloray::Error;
+use haloray::Result;
+use haloray::config::{self, Config, Draw};
+use haloray::cosmology::Background;
+use haloray::halo::HaloCatalogue;
+use haloray::imaging::Psf;
+use haloray::io::{ImageFile, Provenance, read_haloes};
+
+/// Which configuration to use.
+#[derive(clap::Args)]
+pub struct Settings {
+    /// TOML file with the keys to change; `haloray schema` explains them, data/presets/ has two complete ones.
+    #[arg(value_name = "CONFIG.toml")]
+    config: Option<PathBuf>,
+    /// What the file's keys are laid over.
+    #[arg(long, value_enum, default_value_t = Preset::Paper)]
+    preset: Preset,
+    /// Seed of everything random, instead of the configuration's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    seed: Option<u64>,
+    /// How haloes are drawn, instead of the configuration's.
+    #[arg(long, value_enum)]
+    draw: Option<DrawArg>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Preset {
+    /// Section 4 of Hogg et al. 2023 as its authors ran it.
+    Paper,
+    /// One cosmology, evolving relations, comoving radius, integrated pixels.
+    Consistent,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum DrawArg {
+    /// Only the haloes that pass the shear cut.
+    Direct,
+    /// All haloes of the cylinder, then the cut.
+    BruteForce,
+}
+
+impl Settings {
+    /// The resolved configuration.
+    pub fn resolve(&self) -> Result<Config> {
+        let preset = match self.preset {
+            Preset::Paper => config::Preset::Paper,
+            Preset::Consistent => config::Preset::Consistent,
+        };
+        let mut config = config::load(preset, self.config.as_deref())?;
+        config.seed = self.seed.unwrap_or(config.seed);
+        if let Some(draw) = self.draw {
+            config.haloes.draw = match draw {
+                DrawArg::Direct => Draw::Direct,
+                DrawArg::BruteForce => Draw::BruteForce,
+            };
+        }
+        Ok(config)
+    }
+
+    /// What the run is called in its summary.
+    pub fn name(&self) -> String {
+        let preset = match self.preset {
+            Preset::Paper => "preset paper",
+            Preset::Consistent => "preset consistent",
+        };
+        match &self.config {
+            Some(path) => format!("{} over {preset}", path.display()),
+            None => preset.into(),
+        }
+    }
+}
+
+/// The cosmology of commands that read angles and redshifts only.
+#[derive(clap::Args)]
+pub struct Cosmology {
+    /// Hubble constant of the distances.
+    #[arg(long, value_name = "KM/S/MPC", default_value_t = 67.4)]
+    h0_km_s_mpc: f64,
+    /// Matter density of the distances (flat ΛCDM).
+    #[arg(long, value_name = "OMEGA", default_value_t = 0.315)]
+    omega_m: f64,
+}
+
+impl Cosmology {
+    pub fn background(&self) -> Result<Background> {
+        Background::new(self.h0_km_s_mpc, self.omega_m)
+    }
+}
+
+/// What every output of a configured run stores.
+pub fn provenance(config: &Config) -> Result<Provenance> {
+    let text = toml::to_string(config)
+        .map_err(|e| Error::out_of_range("configuration", e, "representable as TOML"))?;
+    Ok(Provenance::new(Some(config.seed), text))
+}
+
+/// The imported catalogue of a configuration, if it names one.
+pub fn imported_haloes(config: &Config) -> Result<Option<HaloCatalogue>> {
+    let path = config.haloes.catalogue.as_deref();
+    path.map(|path| read_haloes(path, config.line_of_sight.z_source, &config.cosmology)).transpose()
+}
+
+/// The PSF of a configuration: Gaussian, or the kernel in its file.
+pub fn psf(config: &Config) -> Result<Psf> {
+    let instrument = &config.instrument;
+    match &instrument.psf_file {
+        Some(path) => kernel(path),
+        None => Psf::gaussian(
+            instrument.psf_fwhm_arcsec,
+            instrument.psf_truncation_sigma,
+            instrument.pixel_scale_arcsec,
+        ),
+    }
+}
+
+fn kernel(path: &Path) -> Result<Psf> {
+    let image = ImageFile::read(path)?;
+    Psf::kernel(image.nx, image.ny, image.data).map_err(|error| Error::format(path, error.to_string()))
+}

@@ -1,0 +1,116 @@
+//! The closing summary that a person reads.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use haloray::pipeline::{Quantities, Simulation, Summary};
+
+/// Prints counts, tensors, Δ, seconds and files of a run.
+pub fn print(run: &Simulation, name: &str, seconds: &[(String, f64)], files: &[PathBuf]) {
+    let summary = Summary::of(run);
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = counts(&mut text, run, &summary, name);
+    let _ = tensors(&mut text, run, &summary);
+    let _ = ending(&mut text, seconds, files);
+    crate::print(&text);
+}
+
+fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) -> std::fmt::Result {
+    writeln!(text, "haloray {} · {name} · seed {}\n", env!("CARGO_PKG_VERSION"), summary.seed)?;
+    if let (Some(cylinder), Some(kept)) = (summary.expected_number_in_cylinder, summary.expected_number_kept)
+    {
+        writeln!(
+            text,
+            "haloes       {} expected in the cylinder, {} of them above the shear cut",
+            grouped(cylinder),
+            grouped(kept)
+        )?;
+    }
+    if let Some(drawn) = summary.number_drawn {
+        writeln!(text, "             {} drawn one by one", grouped(drawn as f64))?;
+    }
+    let kept = summary.number_kept as f64;
+    let share = 100.0 * summary.number_beyond_tidal as f64 / kept.max(1.0);
+    writeln!(
+        text,
+        "             {} on the line of sight, {} ({share:.1}%) of them with Δ_h ≥ {} at {}″",
+        grouped(kept),
+        grouped(summary.number_beyond_tidal as f64),
+        run.config.diagnostics.delta_threshold,
+        run.config.diagnostics.theta_e_arcsec,
+    )?;
+    writeln!(text, "             largest κ_h on the axis {:.4}", summary.largest_kappa_h)?;
+    if summary.number_excluded_by_kappa > 0 {
+        writeln!(text, "             {} left out by haloes.max_kappa", summary.number_excluded_by_kappa)?;
+    }
+    if summary.number_above_kappa_warning > 0 {
+        writeln!(
+            text,
+            "warning      {} haloes have κ_h > {} on the axis; haloes.max_kappa leaves such haloes out",
+            summary.number_above_kappa_warning, run.config.diagnostics.kappa_warning
+        )?;
+    }
+    Ok(())
+}
+
+fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::Result {
+    let (all, tidal) = (&summary.all_haloes, &summary.tidal_haloes);
+    let without = format!("without Δ_h ≥ {}", run.config.diagnostics.delta_threshold);
+    writeln!(text, "\non the axis  {:^24}{without:^24}", "all haloes")?;
+    for (label, name) in
+        [("γ_od", "od"), ("γ_os", "os"), ("γ_ds", "ds"), ("γ_LOS", "los"), ("γ_LOS (1st)", "los_linear")]
+    {
+        writeln!(text, "{label:<13}{:^24}{:^24}", shear(all, name), shear(tidal, name))?;
+    }
+    for (label, name) in
+        [("κ_os", "kappa_os"), ("κ_LOS", "kappa_los"), ("ω_os", "omega_os"), ("Δ_tot", "delta_tot")]
+    {
+        writeln!(text, "{label:<13}{:^24}{:^24}", plain(all, name), plain(tidal, name))?;
+    }
+    Ok(())
+}
+
+fn shear(quantities: &Quantities, name: &str) -> String {
+    let part = |i: u8| quantities.get(&format!("gamma{i}_{name}"));
+    format!("{:+.5} {:+.5}i", part(1), part(2))
+}
+
+fn plain(quantities: &Quantities, name: &str) -> String {
+    let value = quantities.get(name);
+    if value.abs() < 1e-3 { format!("{value:+.2e}") } else { format!("{value:+.5}") }
+}
+
+fn ending(text: &mut String, seconds: &[(String, f64)], files: &[PathBuf]) -> std::fmt::Result {
+    let total: f64 = seconds.iter().map(|(_, s)| s).sum();
+    writeln!(text, "\nseconds      {total:.1} in all")?;
+    for (stage, s) in seconds {
+        writeln!(text, "             {s:6.2}  {stage}")?;
+    }
+    for (i, file) in files.iter().enumerate() {
+        writeln!(text, "{}{}", if i == 0 { "\nfiles        " } else { "             " }, file.display())?;
+    }
+    Ok(())
+}
+
+/// A count with thousands separated: 10,642,020.
+pub fn grouped(value: f64) -> String {
+    let digits = format!("{:.0}", value.max(0.0));
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn thousands_are_grouped() {
+        assert_eq!(super::grouped(10_642_020.4), "10,642,020");
+        assert_eq!(super::grouped(999.0), "999");
+    }
+}

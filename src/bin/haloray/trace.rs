@@ -1,0 +1,126 @@
+//! `haloray trace`: trace given rays through given haloes.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use haloray::Result;
+use haloray::error::require;
+use haloray::io::{Column, Provenance, RAYS_GROUP, Table, ray_table, read_haloes, read_points};
+use haloray::mapping::multiplane::{LineOfSight, Segment, Sheets};
+use haloray::mapping::{Mapping, Order};
+use haloray::pipeline::{Progress, Tracked};
+
+use crate::bars::Bars;
+use crate::settings::Cosmology;
+
+/// Trace rays through a halo table, one plane a halo.
+///
+/// Adds beta_x_arcsec, beta_y_arcsec to the points; with --order 1 also the Jacobian a_xx, a_xy, a_yx, a_yy
+/// (a_ij = ∂β_i/∂θ_j), with --order 2 also b_xxx … b_yyy (b_ijk = ∂²β_i/∂θ_j∂θ_k, per arcsec). All analytic.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  haloray populate -o haloes.h5\n  haloray trace --haloes haloes.h5 --points points.csv \
+                  --z-source 1.5 --order 1 -o rays.csv"
+)]
+pub struct Args {
+    /// Halo table (.csv, .h5, .fits): z, theta_x_arcsec, theta_y_arcsec and r_s_arcsec, alpha_rs_arcsec (reduced to
+    /// the source) or m200c_msun, c200c.
+    #[arg(long, value_name = "FILE")]
+    haloes: PathBuf,
+    /// Points table (.csv, .h5, .fits): theta_x_arcsec, theta_y_arcsec. Other columns are kept.
+    #[arg(long, value_name = "FILE")]
+    points: PathBuf,
+    /// Redshift of the source; all haloes must be nearer.
+    #[arg(long, value_name = "Z")]
+    z_source: f64,
+    /// Table to write: .csv, .h5 or .fits.
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+    /// Compensating sheet in each halo's plane: −κ_h(0) centred on the axis, or none.
+    #[arg(long, value_enum, default_value_t = SheetArg::OnAxis)]
+    sheets: SheetArg,
+    /// `exact`, or the largest error of β allowed, in arcsec. The exact recursion runs for both: it meets any.
+    #[arg(long, value_name = "exact|ARCSEC", default_value = "exact")]
+    accuracy: Accuracy,
+    /// Derivatives to add: 0 none, 1 the Jacobian, 2 also second derivatives.
+    #[arg(long, value_name = "0|1|2", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2))]
+    order: u8,
+    /// Start from this redshift instead of the observer, about the ray seen on the axis.
+    #[arg(long, value_name = "Z")]
+    from_z: Option<f64>,
+    /// Stop at this redshift instead of the source.
+    #[arg(long, value_name = "Z")]
+    to_z: Option<f64>,
+    /// Also add delay_days, the arrival-time delay against the straight path to the same β.
+    #[arg(long)]
+    delay: bool,
+    #[command(flatten)]
+    cosmology: Cosmology,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SheetArg {
+    OnAxis,
+    None,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Accuracy {
+    Exact,
+    WithinArcsec,
+}
+
+impl FromStr for Accuracy {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text.parse::<f64>() {
+            _ if text == "exact" => Ok(Self::Exact),
+            Ok(tolerance) if tolerance > 0.0 && tolerance.is_finite() => Ok(Self::WithinArcsec),
+            _ => Err("must be `exact` or a positive number of arcsec".into()),
+        }
+    }
+}
+
+pub fn run(args: &Args, bars: &Bars) -> Result<()> {
+    require(
+        args.z_source > 0.0 && args.z_source <= 1100.0,
+        "--z-source",
+        args.z_source,
+        "above 0 and at most 1100",
+    )?;
+    let background = args.cosmology.background()?;
+    let haloes = read_haloes(&args.haloes, args.z_source, &background)?;
+    let points = read_points(&args.points)?;
+    Table::check_target(&args.output)?;
+    let sheets = match args.sheets {
+        SheetArg::OnAxis => Sheets::OnAxis,
+        SheetArg::None => Sheets::None,
+    };
+    let sight = LineOfSight::new(&haloes, background, &sheets)?;
+    let segment = segment(args, &sight)?;
+    let order = [Order::Position, Order::Jacobian, Order::SecondDerivatives][args.order as usize];
+    bars.begin("trace rays", Some(points.theta_arcsec.len() as u64));
+    let rays = Tracked { mapping: &segment, progress: bars }.map(&points.theta_arcsec, order);
+    bars.end();
+    let mut table = ray_table(&points, &rays)?;
+    if args.delay {
+        let delays = bars.stage("arrival times", || segment.delay_days(&points.theta_arcsec));
+        table = table.with(Column::f64("delay_days", Some("d"), delays))?;
+    }
+    bars.stage("write table", || table.write(&args.output, RAYS_GROUP, &Provenance::new(None, "")))?;
+    if !bars.is_quiet() {
+        let (rays, planes) = (points.theta_arcsec.len(), sight.len());
+        crate::print(&format!("{rays} rays through {planes} planes written to {}\n", args.output.display()));
+    }
+    Ok(())
+}
+
+fn segment<'a>(args: &Args, sight: &'a LineOfSight) -> Result<Segment<'a>> {
+    match (args.from_z, args.to_z) {
+        (None, None) => Ok(sight.observer_to_source()),
+        (None, Some(to)) => sight.observer_to(to),
+        (Some(from), to) => sight.between(from, to.unwrap_or(args.z_source)),
+    }
+}

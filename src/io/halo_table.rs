@@ -1,0 +1,201 @@
+//! Halo catalogues as tables, in both parametrisations, with every fault placed by file and line.
+
+use std::path::Path;
+
+use super::provenance::Provenance;
+use super::table::{Column, HALOES_GROUP, Table, Values};
+use crate::cosmology::Background;
+use crate::error::{Error, Result};
+use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
+
+/// The columns that mean something; all others are a user's own and are kept.
+const KNOWN: [&str; 8] = [
+    "z",
+    "theta_x_arcsec",
+    "theta_y_arcsec",
+    "r_s_arcsec",
+    "alpha_rs_arcsec",
+    "r_trunc_arcsec",
+    "m200c_msun",
+    "c200c",
+];
+
+/// Largest median disagreement of α_Rs with M200c and c200c before a table with both is refused.
+const ANGLES_AGAINST_MASSES: f64 = 0.01;
+
+/// Reads a halo table (CSV, HDF5, FITS) for a source at `z_source`.
+///
+/// Columns `z,theta_x_arcsec,theta_y_arcsec` and either `r_s_arcsec,alpha_rs_arcsec` (reduced to that source) or
+/// `m200c_msun,c200c`; where both are present the angles are taken, and must agree with the masses.
+///
+/// # Errors
+/// Missing columns, values outside their domain (with the line), angles that belong to another source.
+pub fn read_haloes(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatalogue> {
+    let table = Table::read(path, HALOES_GROUP)?;
+    let column = |name: &str| table.required_f64(path, name).map(<[f64]>::to_vec);
+    let optional = |name: &str| table.optional_f64(path, name).map(|c| c.map(<[f64]>::to_vec));
+    let (m200c_msun, c200c) = (optional("m200c_msun")?, optional("c200c")?);
+    let by_angles = table.column("r_s_arcsec").is_some() || table.column("alpha_rs_arcsec").is_some();
+    let masses = match (by_angles, m200c_msun.clone(), c200c.clone()) {
+        (false, Some(m200c_msun), Some(c200c)) => HaloMasses::Physical { m200c_msun, c200c },
+        (false, ..) => {
+            let present: Vec<&str> = table.columns().iter().map(|c| c.name.as_str()).collect();
+            let problem = format!(
+                "has neither r_s_arcsec,alpha_rs_arcsec nor m200c_msun,c200c; the columns present are {}",
+                present.join(", ")
+            );
+            return Err(Error::table(path, "table", problem));
+        }
+        (true, ..) => HaloMasses::Angles {
+            r_s_arcsec: column("r_s_arcsec")?,
+            alpha_rs_arcsec: column("alpha_rs_arcsec")?,
+        },
+    };
+    let theta = [column("theta_x_arcsec")?, column("theta_y_arcsec")?];
+    let mut haloes =
+        HaloCatalogue::new(z_source, background, column("z")?, theta, masses).map_err(|fault| {
+            let place = format!("{}, column {}", table.place_of(fault.row), fault.column);
+            Error::table(path, place, format!("{} is not allowed; must be {}", fault.value, fault.allowed))
+        })?;
+    haloes.r_trunc_arcsec = truncation_radii(path, &table)?;
+    if by_angles && let (Some(m), Some(c)) = (&m200c_msun, &c200c) {
+        check_same_source(path, &haloes, background, m, c)?;
+    }
+    (haloes.m200c_msun, haloes.c200c) = (m200c_msun, c200c);
+    for own in table.columns().iter().filter(|c| !KNOWN.iter().any(|k| k.eq_ignore_ascii_case(&c.name))) {
+        match &own.values {
+            Values::F64(values) => haloes.extra.push((own.name.clone(), values.clone())),
+            Values::Text(values) => haloes.extra_text.push((own.name.clone(), values.clone())),
+        }
+    }
+    Ok(haloes)
+}
+
+fn truncation_radii(path: &Path, table: &Table) -> Result<Option<Vec<f64>>> {
+    let Some(radii) = table.optional_f64(path, "r_trunc_arcsec")? else { return Ok(None) };
+    match radii.iter().position(|r| *r <= 0.0) {
+        None => Ok(Some(radii.to_vec())),
+        Some(row) => Err(Error::table(
+            path,
+            format!("{}, column r_trunc_arcsec", table.place_of(row)),
+            format!("{} is not allowed; must be positive", radii[row]),
+        )),
+    }
+}
+
+/// A table with angles and masses says twice what a halo does: refuse it when the two contradict each other.
+fn check_same_source(
+    path: &Path,
+    haloes: &HaloCatalogue,
+    background: &Background,
+    m200c_msun: &[f64],
+    c200c: &[f64],
+) -> Result<()> {
+    let scaling = NfwScaling::new(background, haloes.z_source());
+    let mut ratios: Vec<f64> = (0..haloes.len())
+        .map(|i| haloes.alpha_rs_arcsec[i] / scaling.angles_arcsec(m200c_msun[i], c200c[i], haloes.z[i]).1)
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let median = ratios[ratios.len() / 2];
+    if (median - 1.0).abs() <= ANGLES_AGAINST_MASSES {
+        return Ok(());
+    }
+    Err(Error::table(
+        path,
+        "columns alpha_rs_arcsec and m200c_msun",
+        format!(
+            "contradict each other for a source at z = {} (median ratio {median:.4}): the angles were reduced to \
+             another source or cosmology; leave out either r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c",
+            haloes.z_source()
+        ),
+    ))
+}
+
+/// The catalogue as a table, a user's own columns last.
+///
+/// # Errors
+/// When a user's column has the name of one of ours.
+pub fn halo_table(haloes: &HaloCatalogue) -> Result<Table> {
+    Table::new(halo_columns(haloes))
+}
+
+pub(super) fn halo_columns(haloes: &HaloCatalogue) -> Vec<Column> {
+    let mut columns = vec![
+        Column::f64("z", None, haloes.z.clone()),
+        Column::f64("theta_x_arcsec", Some("arcsec"), haloes.theta_x_arcsec.clone()),
+        Column::f64("theta_y_arcsec", Some("arcsec"), haloes.theta_y_arcsec.clone()),
+        Column::f64("r_s_arcsec", Some("arcsec"), haloes.r_s_arcsec.clone()),
+        Column::f64("alpha_rs_arcsec", Some("arcsec"), haloes.alpha_rs_arcsec.clone()),
+    ];
+    let optional = [
+        ("r_trunc_arcsec", Some("arcsec"), &haloes.r_trunc_arcsec),
+        ("m200c_msun", Some("solMass"), &haloes.m200c_msun),
+        ("c200c", None, &haloes.c200c),
+    ];
+    for (name, unit, values) in optional {
+        columns.extend(values.as_ref().map(|values| Column::f64(name, unit, values.clone())));
+    }
+    columns.extend(haloes.extra.iter().map(|(name, values)| Column::f64(name, None, values.clone())));
+    columns.extend(haloes.extra_text.iter().map(|(name, values)| Column::text(name, values.clone())));
+    columns
+}
+
+/// Writes the catalogue, format by extension.
+///
+/// # Errors
+/// As [`Table::write`].
+pub fn write_haloes(haloes: &HaloCatalogue, path: &Path, provenance: &Provenance) -> Result<()> {
+    halo_table(haloes)?.write(path, HALOES_GROUP, provenance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<HaloCatalogue> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("haloes.csv");
+        std::fs::write(&path, text).unwrap();
+        read_haloes(&path, 1.5, &Background::paper())
+    }
+
+    #[test]
+    fn both_parametrisations_are_read_and_own_columns_kept() {
+        let by_mass =
+            read("z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c,id,name\n0.5,1,2,1e12,8,7,halo a\n")
+                .unwrap();
+        assert_eq!(by_mass.extra, [("id".to_string(), vec![7.0])]);
+        assert_eq!(by_mass.extra_text[0].1, ["halo a"]);
+        let text = format!(
+            "z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec,alpha_rs_arcsec\n0.5,1,2,{},{}\n",
+            by_mass.r_s_arcsec[0], by_mass.alpha_rs_arcsec[0]
+        );
+        assert_eq!(read(&text).unwrap().alpha_rs_arcsec, by_mass.alpha_rs_arcsec);
+    }
+
+    #[test]
+    fn faults_name_line_column_and_domain() {
+        let head = "z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c\n0.5,1,2,1e12,8\n";
+        for (row, wanted) in [
+            ("1.5,1,2,1e12,8", ["line 3, column z", "below z_source = 1.5"]),
+            ("0.5,1,2,-1e12,8", ["line 3, column m200c_msun", "no negative mass"]),
+            ("0.5,NaN,2,1e12,8", ["line 3, column theta_x_arcsec", "finite"]),
+            ("0.5,abc,2,1e12,8", ["line 3, column theta_x_arcsec", "not a number"]),
+        ] {
+            let text = read(&format!("{head}{row}\n")).unwrap_err().to_string();
+            assert!(wanted.iter().all(|w| text.contains(w)), "{text}");
+        }
+        let missing = read("z,theta_x_arcsec,theta_y_arcsec\n0.5,1,2\n").unwrap_err().to_string();
+        assert!(missing.contains("neither r_s_arcsec,alpha_rs_arcsec nor m200c_msun,c200c"), "{missing}");
+        let half = read("z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec\n0.5,1,2,1\n").unwrap_err().to_string();
+        assert!(half.contains("alpha_rs_arcsec"), "{half}");
+    }
+
+    #[test]
+    fn angles_reduced_to_another_source_are_refused() {
+        let text = "z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec,alpha_rs_arcsec,m200c_msun,c200c\n\
+                    0.5,1,2,3,0.5,1e12,8\n";
+        let error = read(text).unwrap_err().to_string();
+        assert!(error.contains("contradict each other for a source at z = 1.5"), "{error}");
+    }
+}

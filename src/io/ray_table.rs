@@ -1,0 +1,59 @@
+//! Points to trace and rays that were traced, as tables.
+
+use std::path::Path;
+
+use super::table::{Column, POINTS_GROUP, Table};
+use crate::error::Result;
+use crate::mapping::RayBundle;
+
+/// A table of directions, and what else it held.
+#[derive(Debug, Clone)]
+pub struct Points {
+    /// Directions θ in arcsec.
+    pub theta_arcsec: Vec<[f64; 2]>,
+    table: Table,
+}
+
+/// Names of the Jacobian columns, a_ij = ∂β_i/∂θ_j.
+const JACOBIAN: [&str; 4] = ["a_xx", "a_xy", "a_yx", "a_yy"];
+
+/// Names of the second derivatives, b_ijk = ∂²β_i/∂θ_j∂θ_k.
+const SECOND: [&str; 6] = ["b_xxx", "b_xxy", "b_xyy", "b_yxx", "b_yxy", "b_yyy"];
+
+/// Reads `theta_x_arcsec,theta_y_arcsec` and keeps all other columns.
+///
+/// # Errors
+/// As [`Table::read`] and [`Table::required_f64`].
+pub fn read_points(path: &Path) -> Result<Points> {
+    let table = Table::read(path, POINTS_GROUP)?;
+    let (x, y) = (table.required_f64(path, "theta_x_arcsec")?, table.required_f64(path, "theta_y_arcsec")?);
+    let theta_arcsec = x.iter().zip(y).map(|(x, y)| [*x, *y]).collect();
+    Ok(Points { theta_arcsec, table })
+}
+
+/// The points with where they come from: β, then A, then b as far as the bundle has them.
+///
+/// Columns of the points that have the name of a result are replaced by it.
+///
+/// # Errors
+/// Never for a bundle traced from these points.
+pub fn ray_table(points: &Points, rays: &RayBundle) -> Result<Table> {
+    let mut results: Vec<Column> = Vec::new();
+    let beta = |i: usize| rays.beta_arcsec.iter().map(|b| b[i]).collect();
+    results.push(Column::f64("beta_x_arcsec", Some("arcsec"), beta(0)));
+    results.push(Column::f64("beta_y_arcsec", Some("arcsec"), beta(1)));
+    if !rays.jacobian.is_empty() {
+        for (i, name) in JACOBIAN.iter().enumerate() {
+            results.push(Column::f64(name, None, rays.jacobian.iter().map(|a| a[i]).collect()));
+        }
+    }
+    if !rays.second_per_arcsec.is_empty() {
+        for (i, name) in SECOND.iter().enumerate() {
+            let values = rays.second_per_arcsec.iter().map(|b| b[i]).collect();
+            results.push(Column::f64(name, Some("arcsec^-1"), values));
+        }
+    }
+    let is_result = |c: &&Column| results.iter().any(|r| r.name.eq_ignore_ascii_case(&c.name));
+    let kept: Vec<Column> = points.table.columns().iter().filter(|c| !is_result(c)).cloned().collect();
+    Table::new(kept.into_iter().chain(results).collect())
+}

@@ -1,0 +1,163 @@
+//! A whole run in one HDF5 file; the layout is documented in `docs/FILES.md`.
+
+use std::path::Path;
+
+use super::halo_table::halo_columns;
+use super::provenance::Provenance;
+use super::run_file::RunFile;
+use super::table::{Column, Values};
+use crate::config::Config;
+use crate::diagnostics::{HaloTidal, TidalMaps};
+use crate::error::Result;
+use crate::imaging::Exposure;
+use crate::pipeline::{Haloes, Quantities, Simulation, Summary, View};
+
+/// Writes config, haloes, mass function, diagnostics, maps and images of a run.
+///
+/// # Errors
+/// [`crate::Error::Write`] when the disk is full.
+pub fn write_simulation(run: &Simulation, path: &Path, provenance: &Provenance) -> Result<()> {
+    let file = RunFile::create(path, provenance)?;
+    write_haloes(&file, &run.config, &run.haloes, &run.halo_tidal)?;
+    write_mass_function(&file, run)?;
+    write_distances(&file, &run.config)?;
+    write_maps(&file, "maps", &run.maps)?;
+    let summary = Summary::of(run);
+    for (name, view, quantities) in
+        [("all_haloes", &run.all, &summary.all_haloes), ("tidal_haloes", &run.tidal, &summary.tidal_haloes)]
+    {
+        write_quantities(&file, &format!("diagnostics/{name}"), quantities)?;
+        write_view(&file, &format!("images/{name}"), run, view)?;
+    }
+    file.close()
+}
+
+fn write_columns(file: &RunFile, group: &str, columns: &[Column]) -> Result<()> {
+    for column in columns {
+        match &column.values {
+            Values::F64(values) => {
+                file.write_1d(group, &column.name, values, column.unit.as_deref().unwrap_or(""), "")?;
+            }
+            Values::Text(values) => file.write_text(group, &column.name, values, "")?,
+        }
+    }
+    Ok(())
+}
+
+fn write_haloes(file: &RunFile, config: &Config, haloes: &Haloes, tidal: &HaloTidal) -> Result<()> {
+    let per_arcsec = Some("arcsec^-1");
+    let part = |values: &[nalgebra::Complex<f64>], real: bool| -> Vec<f64> {
+        values.iter().map(|v| if real { v.re } else { v.im }).collect()
+    };
+    let chi = haloes.catalogue.z.iter().map(|&z| config.cosmology.comoving_distance_mpc(z)).collect();
+    let mut columns = halo_columns(&haloes.catalogue);
+    let results = [
+        Column::f64("chi_cmpc", Some("Mpc"), chi),
+        Column::f64("kappa_h", None, tidal.kappa.clone()),
+        Column::f64("gamma1_h", None, part(&tidal.gamma, true)),
+        Column::f64("gamma2_h", None, part(&tidal.gamma, false)),
+        Column::f64("F1_h", per_arcsec, part(&tidal.f_per_arcsec, true)),
+        Column::f64("F2_h", per_arcsec, part(&tidal.f_per_arcsec, false)),
+        Column::f64("G1_h", per_arcsec, part(&tidal.g_per_arcsec, true)),
+        Column::f64("G2_h", per_arcsec, part(&tidal.g_per_arcsec, false)),
+        Column::f64("delta_h", None, tidal.delta.clone()),
+    ];
+    columns.retain(|own| !results.iter().any(|r| r.name == own.name));
+    columns.extend(results);
+    file.group("haloes")?;
+    write_columns(file, "haloes", &columns)?;
+    file.attribute("haloes", "z_source", haloes.catalogue.z_source())
+}
+
+fn write_mass_function(file: &RunFile, run: &Simulation) -> Result<()> {
+    /// Bins a decade of the drawn haloes.
+    const BINS_A_DECADE: f64 = 4.0;
+    let curve = &run.haloes.mass_function;
+    let columns = [
+        Column::f64("m200c_msun", Some("solMass"), curve.m200c_msun.clone()),
+        Column::f64("dn_dlnm_per_cmpc3", Some("Mpc^-3"), curve.dn_dlnm_per_cmpc3.clone()),
+    ];
+    write_columns(file, "mass_function", &columns)?;
+    file.attribute("mass_function", "name", curve.name.as_str())?;
+    file.attribute("mass_function", "z", curve.z)?;
+    let Some(masses) = run.haloes.catalogue.m200c_msun.as_ref() else { return Ok(()) };
+    if run.config.haloes.catalogue.is_some() {
+        return Ok(());
+    }
+    let limits = run.config.haloes.limits();
+    let start = limits.mass_min_msun.log10();
+    let bins = ((limits.mass_max_msun.log10() - start) * BINS_A_DECADE).ceil() as usize;
+    let edges: Vec<f64> = (0..=bins).map(|i| 10f64.powf(start + i as f64 / BINS_A_DECADE)).collect();
+    let mut counts = vec![0.0; bins];
+    for mass in masses {
+        let bin = ((mass.log10() - start) * BINS_A_DECADE) as usize;
+        counts[bin.min(bins - 1)] += 1.0;
+    }
+    let middle = |edge: &[f64]| (edge[0] * edge[1]).sqrt();
+    let volumes: Vec<f64> =
+        edges.windows(2).map(|edge| run.haloes.population.kept_volume_cmpc3(middle(edge))).collect();
+    let group = "mass_function/drawn";
+    file.write_1d(group, "m200c_edges_msun", &edges, "solMass", "edges of the mass bins")?;
+    file.write_1d(group, "counts", &counts, "", "haloes kept in each mass bin")?;
+    let description = "comoving volume in which a halo of the bin passes the shear cut";
+    file.write_1d(group, "kept_volume_cmpc3", &volumes, "Mpc^3", description)
+}
+
+fn write_distances(file: &RunFile, config: &Config) -> Result<()> {
+    let z_source = config.line_of_sight.z_source;
+    let z: Vec<f64> = (0..=200).map(|i| z_source * f64::from(i) / 200.0).collect();
+    let chi: Vec<f64> = z.iter().map(|&z| config.cosmology.comoving_distance_mpc(z)).collect();
+    file.write_1d("distances", "z", &z, "", "redshift")?;
+    file.write_1d("distances", "chi_cmpc", &chi, "Mpc", "comoving distance")?;
+    let lens = config.cosmology.comoving_distance_mpc(config.line_of_sight.z_lens);
+    file.attribute("distances", "lens_cmpc", lens)?;
+    file.attribute("distances", "source_cmpc", config.cosmology.comoving_distance_mpc(z_source))
+}
+
+/// Writes the maps of κ, γ1, γ2, ω, |F|, |G| and Δ into `group`.
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn write_maps(file: &RunFile, group: &str, maps: &TidalMaps) -> Result<()> {
+    let n = maps.grid.points;
+    for (name, unit, values) in maps.columns() {
+        file.write_2d(group, name, values, (n, n), unit, "row-major (y, x), bottom row first")?;
+    }
+    let axis = &maps.on_axis.tidal;
+    file.attribute(group, "kappa_on_axis", axis.kappa)?;
+    file.attribute(group, "gamma1_on_axis", axis.gamma.re)?;
+    file.attribute(group, "gamma2_on_axis", axis.gamma.im)?;
+    file.attribute(group, "half_width_arcsec", maps.grid.half_width_arcsec)
+}
+
+fn write_quantities(file: &RunFile, group: &str, quantities: &Quantities) -> Result<()> {
+    file.group(group)?;
+    quantities.0.iter().try_for_each(|(name, _, value)| file.attribute(group, name, *value))
+}
+
+fn write_view(file: &RunFile, group: &str, run: &Simulation, view: &View) -> Result<()> {
+    write_exposure(file, group, &view.exposure)?;
+    let [lens1, lens2] = run.shapes.lens_ellipticity;
+    let [source1, source2] = run.shapes.source_ellipticity;
+    for (name, value) in
+        [("lens_e1", lens1), ("lens_e2", lens2), ("source_e1", source1), ("source_e2", source2)]
+    {
+        file.attribute(group, name, value)?;
+    }
+    file.attribute(group, "background_rms_e_s", run.config.instrument.background_rms_e_s())
+}
+
+fn write_exposure(file: &RunFile, group: &str, exposure: &Exposure) -> Result<()> {
+    let n = exposure.grid.pixels();
+    let unit = "electron/s";
+    file.write_2d(
+        group,
+        "noise_free",
+        &exposure.noise_free_e_s,
+        (n, n),
+        unit,
+        "after the PSF, before noise",
+    )?;
+    file.write_2d(group, "noisy", &exposure.noisy_e_s, (n, n), unit, "with background and shot noise")?;
+    file.attribute(group, "pixel_scale_arcsec", exposure.grid.pixel_scale_arcsec())
+}

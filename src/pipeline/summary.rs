@@ -1,0 +1,117 @@
+//! The numbers of a run that a person wants to read, named once for terminal, JSON and HDF5.
+
+use serde::Serialize;
+
+use super::simulate::Simulation;
+use super::view::View;
+use crate::diagnostics::{Distortion, Tidal};
+
+/// Counts and on-axis quantities of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Seed.
+    pub seed: u64,
+    /// Expected number of haloes in the cylinder; none for an imported catalogue.
+    pub expected_number_in_cylinder: Option<f64>,
+    /// Haloes drawn before the cut; none when only those that pass it were drawn.
+    pub number_drawn: Option<u64>,
+    /// Expected number of haloes that pass the cut; none for an imported catalogue.
+    pub expected_number_kept: Option<f64>,
+    /// Haloes on the line of sight.
+    pub number_kept: usize,
+    /// Haloes left out because of `haloes.max_kappa`.
+    pub number_excluded_by_kappa: usize,
+    /// Haloes with Δ_h of at least the threshold.
+    pub number_beyond_tidal: usize,
+    /// Largest convergence of a single halo on the axis.
+    pub largest_kappa_h: f64,
+    /// Haloes with κ_h above `diagnostics.kappa_warning`.
+    pub number_above_kappa_warning: usize,
+    /// Seen through all haloes.
+    pub all_haloes: Quantities,
+    /// Seen through the haloes in the tidal regime.
+    pub tidal_haloes: Quantities,
+}
+
+/// Named numbers of one view with their units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantities(pub Vec<(String, &'static str, f64)>);
+
+impl Serialize for Quantities {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, _, value)| (name, value)))
+    }
+}
+
+impl Quantities {
+    /// The value of a name, for printing.
+    pub fn get(&self, name: &str) -> f64 {
+        self.0.iter().find(|(n, _, _)| n == name).map_or(f64::NAN, |(_, _, value)| *value)
+    }
+}
+
+impl Summary {
+    /// Reads the numbers off a run.
+    pub fn of(run: &Simulation) -> Self {
+        let drawn = run.config.haloes.catalogue.is_none();
+        let kappa = &run.halo_tidal.kappa;
+        let warning = run.config.diagnostics.kappa_warning;
+        Self {
+            seed: run.config.seed,
+            expected_number_in_cylinder: drawn.then(|| run.haloes.population.expected_number_drawn()),
+            number_drawn: run.haloes.number_drawn,
+            expected_number_kept: drawn.then(|| run.haloes.population.expected_number_kept()),
+            number_kept: run.all.number_of_haloes,
+            number_excluded_by_kappa: run.number_excluded,
+            number_beyond_tidal: run.all.number_of_haloes - run.tidal.number_of_haloes,
+            largest_kappa_h: kappa.iter().copied().fold(0.0, f64::max),
+            number_above_kappa_warning: kappa.iter().filter(|k| **k > warning).count(),
+            all_haloes: run.all.quantities(),
+            tidal_haloes: run.tidal.quantities(),
+        }
+    }
+}
+
+impl View {
+    /// Tensors, flexions, Δ and positions by name.
+    pub fn quantities(&self) -> Quantities {
+        let mut list = vec![("number_of_haloes".to_string(), "", self.number_of_haloes as f64)];
+        let e = &self.effective;
+        for (name, d) in [("od", &e.od), ("os", &e.os), ("ds", &e.ds)] {
+            push_tidal(&mut list, name, &d.tidal);
+            push_flexion(&mut list, name, d);
+        }
+        push_tidal(&mut list, "los", &e.los);
+        push_tidal(&mut list, "los_linear", &e.los_linear);
+        list.push(("delta_tot".into(), "", self.variation.delta));
+        for (name, [x, y]) in
+            [("lens_centre", self.lens_centre_arcsec), ("source_centre", self.source_centre_arcsec)]
+        {
+            list.push((format!("{name}_x_arcsec"), "arcsec", x));
+            list.push((format!("{name}_y_arcsec"), "arcsec", y));
+        }
+        Quantities(list)
+    }
+}
+
+fn push_tidal(list: &mut Vec<(String, &'static str, f64)>, name: &str, tidal: &Tidal) {
+    for (quantity, value) in [
+        ("kappa", tidal.kappa),
+        ("gamma1", tidal.gamma.re),
+        ("gamma2", tidal.gamma.im),
+        ("omega", tidal.omega),
+    ] {
+        list.push((format!("{quantity}_{name}"), "", value));
+    }
+}
+
+fn push_flexion(list: &mut Vec<(String, &'static str, f64)>, name: &str, d: &Distortion) {
+    for (quantity, value) in [
+        ("F1", d.f_per_arcsec.re),
+        ("F2", d.f_per_arcsec.im),
+        ("G1", d.g_per_arcsec.re),
+        ("G2", d.g_per_arcsec.im),
+    ] {
+        list.push((format!("{quantity}_{name}_per_arcsec"), "arcsec^-1", value));
+    }
+}

@@ -1,0 +1,201 @@
+//! Every figure of a run, drawn from its saved file alone.
+
+use std::path::Path;
+
+use crate::config::Config;
+use crate::constants::ARCSEC_RAD;
+use crate::error::{Error, Result};
+use crate::imaging::Exposure;
+use crate::io::{AttributeValue, RunFile};
+use crate::plot::Figure;
+use crate::plot::figures::{
+    CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImagePairData, ImageRow, ImagesData,
+    MassFunctionCurve, MassFunctionData, TidalMapsData, cylinder, flexion_maps, histograms, image_pair,
+    images, mass_function, tidal_maps,
+};
+
+/// Of the haloes in the tidal regime every tenth is drawn, as in the paper.
+const CYLINDER_STRIDE: usize = 10;
+
+/// Draws the figures of the run saved at `run_file` and hands each with its name to `save`.
+///
+/// # Errors
+/// When the file is not a run of haloray, or saving fails.
+pub fn draw_figures(run_file: &Path, save: impl Fn(&str, &Figure) -> Result<()>) -> Result<()> {
+    let (file, config) = open(run_file)?;
+    save("mass_function", &mass_function_figure(&file)?)?;
+    save("cylinder", &cylinder_figure(&file, &config)?)?;
+    save("histograms", &histogram_figure(&file, &config)?)?;
+    for (name, figure) in map_figures(run_file)? {
+        save(name, &figure)?;
+    }
+    save("images", &image_figure(&file, &config)?)
+}
+
+/// The figures of the maps saved in `file` (of a run, or of maps alone), with their names.
+///
+/// # Errors
+/// When the file holds no maps.
+pub fn map_figures(file: &Path) -> Result<[(&'static str, Figure); 2]> {
+    let (file, config) = open(file)?;
+    Ok([
+        ("tidal_maps", tidal_map_figure(&file, &config)?),
+        ("flexion_maps", flexion_map_figure(&file, &config)?),
+    ])
+}
+
+/// One exposure with and without noise.
+pub fn exposure_figure(exposure: &Exposure, background_rms_e_s: f64) -> Figure {
+    let n = exposure.grid.pixels();
+    let grid = |values: &[f64]| Grid {
+        values: values.to_vec(),
+        n,
+        half_width_arcsec: exposure.grid.half_width_arcsec(),
+    };
+    let (noise_free, noisy) = (grid(&exposure.noise_free_e_s), grid(&exposure.noisy_e_s));
+    image_pair(&ImagePairData {
+        noise_free: noise_free.data(),
+        noisy: noisy.data(),
+        background_rms_e_per_s: background_rms_e_s,
+    })
+}
+
+fn open(path: &Path) -> Result<(RunFile, Config)> {
+    let file = RunFile::open(path)?;
+    let config = toml::from_str(&file.provenance()?.config_toml)
+        .map_err(|e| Error::format(path, format!("holds no configuration of this version: {e}")))?;
+    Ok((file, config))
+}
+
+fn number(file: &RunFile, object: &str, name: &str) -> Result<f64> {
+    Ok(match file.read_attribute(object, name)? {
+        AttributeValue::F64(value) => value,
+        _ => f64::NAN,
+    })
+}
+
+fn mass_function_figure(file: &RunFile) -> Result<Figure> {
+    let masses = file.read_1d("mass_function", "m200c_msun")?;
+    let density = file.read_1d("mass_function", "dn_dlnm_per_cmpc3")?;
+    let name = match file.read_attribute("mass_function", "name")? {
+        AttributeValue::Text(name) => name,
+        _ => String::new(),
+    };
+    let z = number(file, "mass_function", "z")?;
+    let legend = format!("{name}, z = {z}");
+    let curves = [MassFunctionCurve { name: &legend, m200c_msun: &masses, dn_dlnm_per_cmpc3: &density }];
+    if !file.names("mass_function")?.iter().any(|name| name == "drawn") {
+        return Ok(mass_function(&MassFunctionData { curves: &curves, drawn: None }));
+    }
+    let drawn = DrawnHaloes {
+        name: "haloes of this run",
+        m200c_edges_msun: &file.read_1d("mass_function/drawn", "m200c_edges_msun")?,
+        counts: &file.read_1d("mass_function/drawn", "counts")?,
+        volume_cmpc3: &file.read_1d("mass_function/drawn", "kept_volume_cmpc3")?,
+    };
+    Ok(mass_function(&MassFunctionData { curves: &curves, drawn: Some(drawn) }))
+}
+
+fn cylinder_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+    let distance = file.read_1d("haloes", "chi_cmpc")?;
+    let theta_y = file.read_1d("haloes", "theta_y_arcsec")?;
+    let transverse: Vec<f64> =
+        distance.iter().zip(&theta_y).map(|(chi, theta)| chi * theta * ARCSEC_RAD).collect();
+    Ok(cylinder(&CylinderData {
+        distance_cmpc: &distance,
+        transverse_cmpc: &transverse,
+        delta: &file.read_1d("haloes", "delta_h")?,
+        delta_threshold: config.diagnostics.delta_threshold,
+        stride: CYLINDER_STRIDE,
+        lens_distance_cmpc: number(file, "distances", "lens_cmpc")?,
+        source_distance_cmpc: number(file, "distances", "source_cmpc")?,
+        redshift: &file.read_1d("distances", "z")?,
+        redshift_distance_cmpc: &file.read_1d("distances", "chi_cmpc")?,
+    }))
+}
+
+fn histogram_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+    let (gamma1, gamma2) = (file.read_1d("haloes", "gamma1_h")?, file.read_1d("haloes", "gamma2_h")?);
+    let shear: Vec<f64> = gamma1.iter().zip(&gamma2).map(|(a, b)| a.hypot(*b)).collect();
+    Ok(histograms(&HaloEffects {
+        convergence: &file.read_1d("haloes", "kappa_h")?,
+        shear: &shear,
+        delta: &file.read_1d("haloes", "delta_h")?,
+        delta_threshold: config.diagnostics.delta_threshold,
+    }))
+}
+
+/// A map read back, with the outer edges of its cells.
+struct Grid {
+    values: Vec<f64>,
+    n: usize,
+    half_width_arcsec: f64,
+}
+
+impl Grid {
+    /// Nodes out to ±half width, so that the outermost cells reach half a step further.
+    fn map(file: &RunFile, name: &str) -> Result<Self> {
+        let (values, (_, n)) = file.read_2d("maps", name)?;
+        let half = number(file, "maps", "half_width_arcsec")?;
+        Ok(Self { values, n, half_width_arcsec: half * n as f64 / (n - 1) as f64 })
+    }
+
+    fn image(file: &RunFile, group: &str, name: &str) -> Result<Self> {
+        let (values, (_, n)) = file.read_2d(group, name)?;
+        let scale = number(file, group, "pixel_scale_arcsec")?;
+        Ok(Self { values, n, half_width_arcsec: 0.5 * n as f64 * scale })
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        let values = self.values.iter().zip(&other.values).map(|(a, b)| a - b).collect();
+        Self { values, n: self.n, half_width_arcsec: self.half_width_arcsec }
+    }
+
+    fn data(&self) -> GridData<'_> {
+        let h = self.half_width_arcsec;
+        GridData { values: &self.values, nx: self.n, ny: self.n, extent_arcsec: [-h, h, -h, h] }
+    }
+}
+
+fn tidal_map_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+    let on_axis = |name: &str| number(file, "maps", name);
+    let (kappa, gamma1, gamma2) =
+        (Grid::map(file, "kappa")?, Grid::map(file, "gamma1")?, Grid::map(file, "gamma2")?);
+    Ok(tidal_maps(&TidalMapsData {
+        convergence: kappa.data(),
+        gamma1: gamma1.data(),
+        gamma2: gamma2.data(),
+        centre: [on_axis("kappa_on_axis")?, on_axis("gamma1_on_axis")?, on_axis("gamma2_on_axis")?],
+        einstein_radius_arcsec: config.lens.einstein_radius_arcsec,
+    }))
+}
+
+fn flexion_map_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+    let (f, g, delta) = (Grid::map(file, "abs_f")?, Grid::map(file, "abs_g")?, Grid::map(file, "delta")?);
+    Ok(flexion_maps(&FlexionMapsData {
+        f_per_arcsec: f.data(),
+        g_per_arcsec: g.data(),
+        delta: delta.data(),
+        einstein_radius_arcsec: config.lens.einstein_radius_arcsec,
+    }))
+}
+
+fn image_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+    let pair = |name: &str| -> Result<[Grid; 3]> {
+        let all = Grid::image(file, "images/all_haloes", name)?;
+        let tidal = Grid::image(file, "images/tidal_haloes", name)?;
+        let difference = all.minus(&tidal);
+        Ok([all, tidal, difference])
+    };
+    let (noise_free, noisy) = (pair("noise_free")?, pair("noisy")?);
+    Ok(images(&ImagesData {
+        noise_free: row(&noise_free),
+        noisy: row(&noisy),
+        background_rms_e_per_s: config.instrument.background_rms_e_s(),
+        delta_threshold: config.diagnostics.delta_threshold,
+    }))
+}
+
+fn row(grids: &[Grid; 3]) -> ImageRow<'_> {
+    ImageRow { all_haloes: grids[0].data(), without_rough: grids[1].data(), difference: grids[2].data() }
+}

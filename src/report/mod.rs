@@ -1,0 +1,7 @@
+//! From a finished run to what a person looks at: its folder of files and its figures.
+
+mod figures;
+mod run_folder;
+
+pub use figures::{draw_figures, exposure_figure, map_figures};
+pub use run_folder::{RUN_FILE, image_file, write_run};
