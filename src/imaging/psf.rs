@@ -44,7 +44,7 @@ impl Psf {
     /// # Errors
     /// When it is not square with an odd number of pixels, not finite, or does not have a positive sum.
     pub fn kernel(width: usize, height: usize, weights: Vec<f64>) -> Result<Self> {
-        if width != height || width % 2 == 0 {
+        if width != height || width.is_multiple_of(2) {
             return Err(Error::out_of_range(
                 "size of the PSF kernel",
                 format!("{width}×{height}"),

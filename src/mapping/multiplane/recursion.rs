@@ -83,6 +83,7 @@ impl Tile {
     }
 
     /// S and S₂ after a plane with f·H = (xx, xy, yy) and f·T = (xxx, xxy, xyy, yyy).
+    #[allow(clippy::needless_range_loop, reason = "tensor indices")]
     #[inline(always)]
     fn kick_derivatives<const ORDER: usize>(&mut self, i: usize, h: [f64; 3], t: [f64; 4], inv_chi: f64) {
         let h = [[h[0], h[1]], [h[1], h[2]]];

@@ -135,7 +135,7 @@ mod tests {
         #[test]
         fn derivatives_are_consistent(
             slope in 1.2..2.8_f64, e1 in -0.4..0.4_f64, e2 in -0.4..0.4_f64,
-            r in 0.05..5.0_f64, phi in 0.0..6.28_f64,
+            r in 0.05..5.0_f64, phi in 0.0..std::f64::consts::TAU,
         ) {
             let lens = Epl::new(1.3, slope, [e1, e2], [0.1, -0.05]).unwrap();
             assert_consistent(&lens, 0.1 + r * phi.cos(), -0.05 + r * phi.sin(), 0.01 * r, DIFFERENCES);

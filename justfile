@@ -1,0 +1,41 @@
+# Named commands; `cargo install just` provides `just`, plain shell lines do as well.
+
+# list the commands
+default:
+    @just --list
+
+# what Debian needs besides Rust
+setup:
+    sudo apt-get install -y gcc libc6-dev libhdf5-dev
+
+# the main job: the paper's section 4 into ./run
+run:
+    cargo run --release -- simulate -o run
+
+# the test suite
+test:
+    cargo test --release
+
+# everything the continuous check does
+check:
+    bash .ci/run
+
+# Python packages of the oracles and reference scripts, in ./.venv
+oracle-setup:
+    python3 -m venv .venv
+    .venv/bin/pip install --quiet lenstronomy==1.14.2 colossus==1.4.0 "astropy>=8" h5py mpmath
+
+# make every reference file of data/reference again
+reference: oracle-setup
+    for script in data/reference/make_*.py; do .venv/bin/python "$script"; done
+
+# long comparison with lenstronomy on a full cone; writes docs/ORACLE.md
+oracle: oracle-setup
+    cargo build --release
+    .venv/bin/python data/oracle/compare_cone.py --haloray target/release/haloray --output docs/ORACLE.md
+
+# our benchmarks, then lenstronomy beside us in one run; writes docs/BENCHMARKS.md
+bench: oracle-setup
+    cargo bench
+    cargo build --release
+    .venv/bin/python data/oracle/bench_lenstronomy.py --haloray target/release/haloray --output docs/BENCHMARKS.md
