@@ -73,7 +73,7 @@ pub struct HaloConfig {
     pub mass_min_msun: f64,
     /// Largest M200c drawn.
     pub mass_max_msun: f64,
-    /// H0 by which relations computed in h-units are converted; that of [structure] when left out.
+    /// H0 by which relations computed in h-units are converted; that of `structure` when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub h_units_h0_km_s_mpc: Option<f64>,
     /// Comoving radius of the cylinder around the axis.

@@ -24,4 +24,4 @@ pub use ray_table::{Points, ray_table, read_points};
 pub use run_file::{AttributeValue, RunFile};
 pub use simulation_file::{write_maps, write_simulation};
 pub use staging::Staging;
-pub use table::{Column, HALOES_GROUP, POINTS_GROUP, RAYS_GROUP, Table, Values};
+pub use table::{Column, HALOES_GROUP, POINTS_GROUP, RAYS_GROUP, RELATIONS_GROUP, Table, Values};

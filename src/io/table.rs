@@ -12,6 +12,8 @@ pub const HALOES_GROUP: &str = "haloes";
 pub const POINTS_GROUP: &str = "points";
 /// Name of the HDF5 group or FITS extension with traced rays.
 pub const RAYS_GROUP: &str = "rays";
+/// HDF5 group and FITS extension of tabulated relations.
+pub const RELATIONS_GROUP: &str = "relations";
 
 /// What a column holds.
 #[derive(Debug, Clone, PartialEq)]

@@ -69,7 +69,8 @@ pub fn populate(
     Ok(Haloes { catalogue, population, number_drawn, mass_function })
 }
 
-fn linear_theory(config: &Config) -> Result<LinearTheory> {
+/// Linear theory of the configuration, in the h-units it asks for.
+pub(super) fn linear_theory(config: &Config) -> Result<LinearTheory> {
     let linear = LinearTheory::new(config.structure)?;
     match config.haloes.h_units_h0_km_s_mpc {
         Some(h0) => linear.in_hubble_units_of(h0),

@@ -2,12 +2,14 @@
 
 mod haloes;
 mod progress;
+mod relations;
 mod simulate;
 mod summary;
 mod view;
 
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
+pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use view::{LensAndSource, View, line_of_sight};

@@ -2,9 +2,11 @@
 
 mod bars;
 mod completions;
+mod distances;
 mod image;
 mod map;
 mod populate;
+mod relations;
 mod schema;
 mod settings;
 mod simulate;
@@ -44,6 +46,8 @@ enum Command {
     Trace(trace::Args),
     Map(map::Args),
     Image(image::Args),
+    Relations(relations::Args),
+    Distances(distances::Args),
     Schema(schema::Args),
     Completions(completions::Args),
 }
@@ -68,6 +72,8 @@ fn run(cli: &Cli) -> Result<()> {
         Command::Trace(args) => trace::run(args, &bars),
         Command::Map(args) => map::run(args, &bars),
         Command::Image(args) => image::run(args, &bars),
+        Command::Relations(args) => relations::run(args, &bars),
+        Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),
         Command::Completions(args) => completions::run(args),
     }
