@@ -1,10 +1,9 @@
 //! The tidal model of a halo-filled line of sight: od, os, ds and LOS tensors of the axis ray.
 
-use nalgebra::Matrix2;
-
-use super::distortion::{Distortion, Tidal};
+use super::distortion::Distortion;
 use crate::error::{Error, Result};
 use crate::mapping::multiplane::LineOfSight;
+use crate::mapping::tidal::{Tidal, los_jacobian};
 
 /// What the tidal models of a line of sight predict on its axis, main lens excluded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,10 +39,6 @@ impl EffectiveLineOfSight {
             los_linear: linear(&od.tidal, &os.tidal, &ds.tidal),
         })
     }
-}
-
-fn los_jacobian(od: &Tidal, os: &Tidal, ds: &Tidal) -> Option<Matrix2<f64>> {
-    Some(od.jacobian().transpose() * ds.jacobian().try_inverse()? * os.jacobian())
 }
 
 fn linear(od: &Tidal, os: &Tidal, ds: &Tidal) -> Tidal {

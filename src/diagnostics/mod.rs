@@ -6,7 +6,8 @@ mod halo_tidal;
 mod maps;
 mod variation;
 
-pub use distortion::{Distortion, Tidal};
+pub use crate::mapping::tidal::Tidal;
+pub use distortion::Distortion;
 pub use effective::EffectiveLineOfSight;
 pub use halo_tidal::HaloTidal;
 pub use maps::{MapGrid, TidalMaps};

@@ -2,7 +2,8 @@
 
 use nalgebra::Complex;
 
-use super::distortion::{Distortion, Tidal};
+use super::distortion::Distortion;
+use crate::mapping::tidal::Tidal;
 use crate::mapping::{Mapping, Order};
 
 /// Shear at the axis and Δ, Δ² = [|γ(θ_E x̂)−γ(0)|² + |γ(θ_E ŷ)−γ(0)|²]/|γ(0)|².

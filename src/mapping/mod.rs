@@ -3,6 +3,7 @@
 //! Maps, images and fits see only [`Mapping`]: they cannot tell a tidal model from 34,000 planes.
 
 pub mod multiplane;
+pub mod tidal;
 
 /// How many derivatives of the mapping to compute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,12 +1,21 @@
 //! Mass profiles: potential ψ, deflection α = ∇ψ, Hessian and third derivatives, all analytic.
 
 mod epl;
+mod external;
 mod nfw;
 pub mod nfw_radial;
+mod point_mass;
+mod radial;
+mod sersic;
 mod truncated_nfw;
 
 pub use epl::Epl;
+pub use external::External;
 pub use nfw::Nfw;
+pub use point_mass::PointMass;
+pub(crate) use radial::RadialDerivatives;
+pub use radial::{Radial, RadialLaw};
+pub use sersic::SersicMass;
 pub use truncated_nfw::{TruncatedNfw, potential as truncated_potential, truncated};
 
 /// A thin lens in angular units, its deflection reduced to one source.
@@ -33,6 +42,12 @@ pub enum MassModel {
     Nfw(Nfw),
     /// Truncated NFW halo.
     TruncatedNfw(TruncatedNfw),
+    /// Sérsic profile of the convergence.
+    Sersic(SersicMass),
+    /// Point mass.
+    PointMass(PointMass),
+    /// Convergence, shear and flexion from outside.
+    External(External),
 }
 
 macro_rules! each_model {
@@ -41,6 +56,9 @@ macro_rules! each_model {
             MassModel::Epl($model) => $call,
             MassModel::Nfw($model) => $call,
             MassModel::TruncatedNfw($model) => $call,
+            MassModel::Sersic($model) => $call,
+            MassModel::PointMass($model) => $call,
+            MassModel::External($model) => $call,
         }
     };
 }
@@ -60,39 +78,6 @@ impl MassProfile for MassModel {
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
         each_model!(self, model => model.third_derivatives(x, y))
-    }
-}
-
-/// Hessian and third derivatives of an axisymmetric lens from its radial functions.
-///
-/// With u = (r/r_s)², α = k·m(u)·θ, p₁ = u·m′ and p₂ = u²·m″ (unit vector n = θ/r):
-/// H_ij = k[m δ_ij + 2p₁ n_i n_j] and
-/// T_ijk = (2k/r)[p₁(δ_ij n_k + δ_ik n_j + δ_jk n_i) + 2p₂ n_i n_j n_k].
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct RadialDerivatives {
-    pub k: f64,
-    pub m: f64,
-    pub p1: f64,
-    pub p2: f64,
-}
-
-impl RadialDerivatives {
-    #[inline(always)]
-    pub fn hessian(&self, n: [f64; 2]) -> [f64; 3] {
-        let (isotropic, directed) = (self.k * self.m, 2.0 * self.k * self.p1);
-        [isotropic + directed * n[0] * n[0], directed * n[0] * n[1], isotropic + directed * n[1] * n[1]]
-    }
-
-    #[inline(always)]
-    pub fn third_derivatives(&self, n: [f64; 2], inv_r: f64) -> [f64; 4] {
-        let (a, b) = (2.0 * self.k * inv_r * self.p1, 4.0 * self.k * inv_r * self.p2);
-        let [nx, ny] = n;
-        [
-            nx * (3.0 * a + b * nx * nx),
-            ny * (a + b * nx * nx),
-            nx * (a + b * ny * ny),
-            ny * (3.0 * a + b * ny * ny),
-        ]
     }
 }
 

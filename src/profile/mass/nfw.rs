@@ -1,6 +1,7 @@
 //! The Navarro–Frenk–White lens (Navarro, Frenk & White 1996; deflection of Bartelmann 1996).
 
-use super::{MassProfile, RadialDerivatives, nfw_radial};
+use super::nfw_radial;
+use super::radial::{Radial, RadialLaw};
 use crate::error::{Result, require};
 
 /// NFW halo by its scale radius and the deflection there, as in lenstronomy (`Rs`, `alpha_Rs`).
@@ -14,11 +15,20 @@ use crate::error::{Result, require};
 /// let halo = Nfw::new(0.8, 0.01, [0.0, 0.0]).unwrap();
 /// assert!((halo.deflection(0.8, 0.0)[0] - 0.01).abs() < 1e-16);
 /// ```
-#[derive(Debug, Clone, Copy)]
-pub struct Nfw {
-    centre_arcsec: [f64; 2],
-    r_s_arcsec: f64,
-    k: f64,
+pub type Nfw = Radial<NfwLaw>;
+
+/// The radial law of the NFW lens, scale radius r_s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NfwLaw;
+
+impl RadialLaw for NfwLaw {
+    fn radial(&self, u: f64) -> [f64; 3] {
+        nfw_radial::basis(u).nfw()
+    }
+
+    fn potential(&self, u: f64) -> f64 {
+        nfw_radial::potential(u)
+    }
 }
 
 /// m at the scale radius: 1 − ln 2.
@@ -32,64 +42,18 @@ impl Nfw {
     pub fn new(r_s_arcsec: f64, alpha_rs_arcsec: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
         require(r_s_arcsec > 0.0, "r_s_arcsec", r_s_arcsec, "a positive number")?;
         require(true, "alpha_rs_arcsec", alpha_rs_arcsec, "a finite number")?;
-        Ok(Self { centre_arcsec, r_s_arcsec, k: Self::strength(r_s_arcsec, alpha_rs_arcsec) })
+        Self::round(NfwLaw, r_s_arcsec, Self::strength(r_s_arcsec, alpha_rs_arcsec), centre_arcsec)
     }
 
     /// k = α_Rs/[r_s(1 − ln 2)], the number in front of m(u).
     pub fn strength(r_s_arcsec: f64, alpha_rs_arcsec: f64) -> f64 {
         alpha_rs_arcsec / (r_s_arcsec * M_AT_R_S)
     }
-
-    fn offset(&self, x: f64, y: f64) -> Offset {
-        Offset::new(x - self.centre_arcsec[0], y - self.centre_arcsec[1], self.r_s_arcsec)
-    }
-
-    fn radial(&self, u: f64) -> RadialDerivatives {
-        let [m, p1, p2] = nfw_radial::basis(u).nfw();
-        RadialDerivatives { k: self.k, m, p1, p2 }
-    }
-}
-
-/// Position relative to a halo: offset, unit vector, 1/r and u, floored at the centre.
-pub(super) struct Offset {
-    pub t: [f64; 2],
-    pub n: [f64; 2],
-    pub inv_r: f64,
-    pub u: f64,
-}
-
-impl Offset {
-    pub fn new(tx: f64, ty: f64, r_s: f64) -> Self {
-        let u = ((tx * tx + ty * ty) / (r_s * r_s)).max(nfw_radial::U_FLOOR);
-        let inv_r = 1.0 / (u.sqrt() * r_s);
-        Self { t: [tx, ty], n: [tx * inv_r, ty * inv_r], inv_r, u }
-    }
-}
-
-impl MassProfile for Nfw {
-    fn potential(&self, x: f64, y: f64) -> f64 {
-        0.5 * self.k * self.r_s_arcsec.powi(2) * nfw_radial::potential(self.offset(x, y).u)
-    }
-
-    fn deflection(&self, x: f64, y: f64) -> [f64; 2] {
-        let o = self.offset(x, y);
-        let km = self.k * nfw_radial::m(o.u);
-        [km * o.t[0], km * o.t[1]]
-    }
-
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        let o = self.offset(x, y);
-        self.radial(o.u).hessian(o.n)
-    }
-
-    fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
-        let o = self.offset(x, y);
-        self.radial(o.u).third_derivatives(o.n, o.inv_r)
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::MassProfile;
     use super::super::derivative_checks::assert_consistent;
     use super::*;
     use proptest::prelude::*;

@@ -1,8 +1,8 @@
 //! The smoothly truncated NFW lens ρ ∝ x⁻¹(1+x)⁻²·τ²/(τ²+x²) (Baltz, Marshall & Oguri 2009, eqs. A.6–A.10).
 
-use super::nfw::{Nfw, Offset};
+use super::nfw::Nfw;
 use super::nfw_radial::{self, Basis};
-use super::{MassProfile, RadialDerivatives};
+use super::radial::{Radial, RadialLaw};
 use crate::error::{Result, require};
 use crate::numerics::quadrature::integrate;
 
@@ -10,12 +10,23 @@ use crate::numerics::quadrature::integrate;
 ///
 /// `alpha_rs_arcsec` is the deflection at r_s of the halo *before* truncation, so that τ → ∞ is [`super::Nfw`].
 /// Total mass is finite: α → k r_s² M∞/r, M∞ = τ²/(τ²+1)²·[(τ²−1)ln τ + πτ − (τ²+1)].
-#[derive(Debug, Clone, Copy)]
-pub struct TruncatedNfw {
-    centre_arcsec: [f64; 2],
-    r_s_arcsec: f64,
-    k: f64,
+pub type TruncatedNfw = Radial<TruncatedNfwLaw>;
+
+/// The radial law of the truncated NFW lens, scale radius r_s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruncatedNfwLaw {
+    /// Truncation radius over scale radius.
     tau: f64,
+}
+
+impl RadialLaw for TruncatedNfwLaw {
+    fn radial(&self, u: f64) -> [f64; 3] {
+        truncated(u, &nfw_radial::basis(u), self.tau)
+    }
+
+    fn potential(&self, u: f64) -> f64 {
+        potential(u, self.tau)
+    }
 }
 
 /// (m, u·m′, u²·m″) of the truncated lens from the NFW functions of the same u.
@@ -57,23 +68,14 @@ impl TruncatedNfw {
         require(r_s_arcsec > 0.0, "r_s_arcsec", r_s_arcsec, "a positive number")?;
         require(true, "alpha_rs_arcsec", alpha_rs_arcsec, "a finite number")?;
         require(r_trunc_arcsec > 0.0, "r_trunc_arcsec", r_trunc_arcsec, "a positive number")?;
-        let k = Nfw::strength(r_s_arcsec, alpha_rs_arcsec);
-        Ok(Self { centre_arcsec, r_s_arcsec, k, tau: r_trunc_arcsec / r_s_arcsec })
-    }
-
-    fn offset(&self, x: f64, y: f64) -> Offset {
-        Offset::new(x - self.centre_arcsec[0], y - self.centre_arcsec[1], self.r_s_arcsec)
-    }
-
-    fn radial(&self, u: f64) -> RadialDerivatives {
-        let [m, p1, p2] = truncated(u, &nfw_radial::basis(u), self.tau);
-        RadialDerivatives { k: self.k, m, p1, p2 }
+        let law = TruncatedNfwLaw { tau: r_trunc_arcsec / r_s_arcsec };
+        Self::round(law, r_s_arcsec, Nfw::strength(r_s_arcsec, alpha_rs_arcsec), centre_arcsec)
     }
 }
 
 /// ∫₀ᵘ m du′ of the truncated lens by Gauss–Legendre in √u′ on logarithmic panels (the closed form needs dilogarithms).
 ///
-/// Relative accuracy 1e-12 (`potential_is_the_integral_of_the_deflection`).
+/// Relative accuracy 1e-12 (`derivatives_are_consistent`).
 pub fn potential(u: f64, tau: f64) -> f64 {
     /// Panels halve √u down to 2⁻²⁶ of it; what lies below is 1e-15 of the whole.
     const PANELS: i32 = 26;
@@ -90,30 +92,9 @@ pub fn potential(u: f64, tau: f64) -> f64 {
         .sum()
 }
 
-impl MassProfile for TruncatedNfw {
-    fn potential(&self, x: f64, y: f64) -> f64 {
-        0.5 * self.k * self.r_s_arcsec.powi(2) * potential(self.offset(x, y).u, self.tau)
-    }
-
-    fn deflection(&self, x: f64, y: f64) -> [f64; 2] {
-        let o = self.offset(x, y);
-        let km = self.k * self.radial(o.u).m;
-        [km * o.t[0], km * o.t[1]]
-    }
-
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        let o = self.offset(x, y);
-        self.radial(o.u).hessian(o.n)
-    }
-
-    fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
-        let o = self.offset(x, y);
-        self.radial(o.u).third_derivatives(o.n, o.inv_r)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::MassProfile;
     use super::super::derivative_checks::assert_consistent;
     use super::super::nfw::M_AT_R_S;
     use super::*;

@@ -1,0 +1,74 @@
+//! Which tidal model stands for the line of sight.
+
+use nalgebra::{Complex, Matrix2};
+
+use super::flexion::FlexionModel;
+use super::jet::Jet;
+use super::tensor::Tidal;
+use crate::profile::mass::MassModel;
+
+/// The models of the line of sight around a main lens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LineOfSightModel {
+    /// β = A_os θ − A_ds α(A_od θ).
+    Full {
+        /// Observer to lens.
+        od: Tidal,
+        /// Observer to source.
+        os: Tidal,
+        /// Lens to source.
+        ds: Tidal,
+    },
+    /// β̃ = A_LOS θ − A_odᵀ α(A_od θ); β̃ = A_odᵀ A_ds⁻¹ β of the full model.
+    Minimal {
+        /// Observer to lens.
+        od: Tidal,
+        /// A_odᵀ A_ds⁻¹ A_os.
+        los: Tidal,
+    },
+    /// Beyond the tidal regime, to first order in flexion.
+    Flexion(FlexionModel),
+}
+
+impl LineOfSightModel {
+    /// Nothing on the line of sight: the single-plane lens.
+    pub const EMPTY: Self = Self::Full { od: Tidal::NONE, os: Tidal::NONE, ds: Tidal::NONE };
+
+    /// The minimal model of a full one, A_LOS = A_odᵀ A_ds⁻¹ A_os exactly; other models are returned as they are.
+    ///
+    /// `None` when A_ds is singular.
+    pub fn minimal(&self) -> Option<Self> {
+        let Self::Full { od, os, ds } = self else { return Some(*self) };
+        let los = Tidal::of_jacobian(&los_jacobian(od, os, ds)?);
+        Some(Self::Minimal { od: *od, los })
+    }
+
+    pub(super) fn beta(&self, theta: Jet, lenses: &[MassModel]) -> Jet {
+        match self {
+            Self::Full { od, os, ds } => act(os, theta) - act(ds, act(od, theta).deflected_by(lenses)),
+            Self::Minimal { od, los } => {
+                act(los, theta) - act(&od.transposed(), act(od, theta).deflected_by(lenses))
+            }
+            Self::Flexion(model) => model.beta(theta, lenses),
+        }
+    }
+
+    /// Where a ray seen at θ meets the lens.
+    pub(super) fn lens_position(&self, x: f64, y: f64) -> Complex<f64> {
+        let theta = Jet::theta(x, y);
+        match self {
+            Self::Full { od, .. } | Self::Minimal { od, .. } => act(od, theta).value,
+            Self::Flexion(model) => model.lens_position(theta).value,
+        }
+    }
+}
+
+/// A_odᵀ A_ds⁻¹ A_os, symmetric for the tensors of any real line of sight; `None` when A_ds is singular.
+pub(crate) fn los_jacobian(od: &Tidal, os: &Tidal, ds: &Tidal) -> Option<Matrix2<f64>> {
+    Some(od.jacobian().transpose() * ds.jacobian().try_inverse()? * os.jacobian())
+}
+
+/// A·z = (1 − κ − iω)z − γz̄.
+fn act(tidal: &Tidal, z: Jet) -> Jet {
+    z * Complex::new(1.0 - tidal.kappa, -tidal.omega) - z.conj() * tidal.gamma
+}

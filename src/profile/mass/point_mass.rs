@@ -1,0 +1,55 @@
+//! The point mass.
+
+use super::radial::{Radial, RadialLaw};
+use crate::error::{Result, require};
+
+/// Point mass of Einstein radius θ_E: α = θ_E²/r²·θ, ψ = θ_E² ln r (r in arcsec), as lenstronomy's `POINT_MASS`.
+///
+/// ```
+/// use haloray::profile::mass::{MassProfile, PointMass};
+/// let lens = PointMass::new(1.5, [0.0, 0.0]).unwrap();
+/// assert_eq!(lens.deflection(3.0, 0.0), [0.75, 0.0]);
+/// ```
+pub type PointMass = Radial<PointMassLaw>;
+
+/// The radial law of the point mass in units of its Einstein radius.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointMassLaw {
+    ln_einstein_radius_squared: f64,
+}
+
+impl RadialLaw for PointMassLaw {
+    fn radial(&self, u: f64) -> [f64; 3] {
+        [1.0 / u, -1.0 / u, 2.0 / u]
+    }
+
+    fn potential(&self, u: f64) -> f64 {
+        u.ln() + self.ln_einstein_radius_squared
+    }
+}
+
+impl PointMass {
+    /// Point mass of Einstein radius `einstein_radius_arcsec` > 0.
+    ///
+    /// # Errors
+    /// When the Einstein radius is not positive.
+    pub fn new(einstein_radius_arcsec: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
+        require(einstein_radius_arcsec > 0.0, "einstein_radius_arcsec", einstein_radius_arcsec, "positive")?;
+        let law = PointMassLaw { ln_einstein_radius_squared: 2.0 * einstein_radius_arcsec.ln() };
+        Self::round(law, einstein_radius_arcsec, 1.0, centre_arcsec)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::derivative_checks::assert_consistent;
+    use super::*;
+
+    #[test]
+    fn derivatives_are_consistent() {
+        let lens = PointMass::new(1.2, [0.1, 0.0]).unwrap();
+        for (x, y) in [(0.5, 0.2), (-2.0, 1.0), (0.1, -0.4)] {
+            assert_consistent(&lens, x, y, 0.01, 1e-9);
+        }
+    }
+}

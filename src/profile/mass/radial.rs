@@ -1,0 +1,142 @@
+//! Lenses whose potential depends on one radius: round, or with elliptical isopotentials.
+
+use super::MassProfile;
+use super::nfw_radial::U_FLOOR;
+use crate::error::{Result, require};
+
+/// How the deflection falls off: α = k·m(u)·θ with u = (r/scale)².
+pub trait RadialLaw: Copy + Sync {
+    /// (m, u·m′, u²·m″) at u > 0.
+    fn radial(&self, u: f64) -> [f64; 3];
+    /// ∫m du, the potential in units of k·scale²/2.
+    fn potential(&self, u: f64) -> f64;
+}
+
+/// A lens of one radial law: ψ(θ) = (k·scale²/2)·P(|Mθ|²/scale²), P = ∫m du.
+///
+/// M is the identity for a round lens. With [`Radial::with_elliptical_potential`] the isopotentials are ellipses, as in
+/// lenstronomy's `*_ELLIPSE_POTENTIAL` (square-average radius): rotate by φ, x√(1−ε), y√(1+ε), ε = (1−q²)/(1+q²).
+/// With t = Mθ, n = t/|t|, p₁ = u·m′ and p₂ = u²·m″ the round derivatives are
+/// H_ij = k[m δ_ij + 2p₁ n_i n_j], T_ijk = (2k/r)[p₁(δ_ij n_k + δ_ik n_j + δ_jk n_i) + 2p₂ n_i n_j n_k];
+/// each index is then carried back by M.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Radial<L> {
+    law: L,
+    centre_arcsec: [f64; 2],
+    scale_arcsec: f64,
+    k: f64,
+    /// Rows of M.
+    axes: [[f64; 2]; 2],
+}
+
+impl<L: RadialLaw> Radial<L> {
+    /// A round lens; `scale_arcsec` > 0 and finite `k` are the caller's to name in its errors.
+    pub(super) fn round(law: L, scale_arcsec: f64, k: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
+        require(true, "centre_x_arcsec", centre_arcsec[0], "finite")?;
+        require(true, "centre_y_arcsec", centre_arcsec[1], "finite")?;
+        Ok(Self { law, centre_arcsec, scale_arcsec, k, axes: [[1.0, 0.0], [0.0, 1.0]] })
+    }
+
+    /// The same lens with elliptical isopotentials of ellipticity (e1, e2).
+    ///
+    /// # Errors
+    /// When |e| ≥ 1.
+    pub fn with_elliptical_potential(mut self, ellipticity: [f64; 2]) -> Result<Self> {
+        let e = ellipticity[0].hypot(ellipticity[1]);
+        require(e < 1.0, "|e| of the potential", e, "below 1")?;
+        let q = (1.0 - e) / (1.0 + e);
+        let epsilon = (1.0 - q * q) / (1.0 + q * q);
+        let (sin, cos) = (0.5 * ellipticity[1].atan2(ellipticity[0])).sin_cos();
+        let (a, b) = ((1.0 - epsilon).sqrt(), (1.0 + epsilon).sqrt());
+        self.axes = [[a * cos, a * sin], [-b * sin, b * cos]];
+        Ok(self)
+    }
+
+    fn offset(&self, x: f64, y: f64) -> Offset {
+        let (dx, dy) = (x - self.centre_arcsec[0], y - self.centre_arcsec[1]);
+        let t = self.axes.map(|row| row[0] * dx + row[1] * dy);
+        let u = ((t[0] * t[0] + t[1] * t[1]) / (self.scale_arcsec * self.scale_arcsec)).max(U_FLOOR);
+        let inv_r = 1.0 / (u.sqrt() * self.scale_arcsec);
+        Offset { t, n: [t[0] * inv_r, t[1] * inv_r], inv_r, u }
+    }
+
+    fn derivatives(&self, u: f64) -> RadialDerivatives {
+        let [m, p1, p2] = self.law.radial(u);
+        RadialDerivatives { k: self.k, m, p1, p2 }
+    }
+}
+
+/// Position in the frame of the axes: offset, unit vector, 1/r and u, floored at the centre.
+struct Offset {
+    t: [f64; 2],
+    n: [f64; 2],
+    inv_r: f64,
+    u: f64,
+}
+
+impl<L: RadialLaw> MassProfile for Radial<L> {
+    fn potential(&self, x: f64, y: f64) -> f64 {
+        0.5 * self.k * self.scale_arcsec.powi(2) * self.law.potential(self.offset(x, y).u)
+    }
+
+    fn deflection(&self, x: f64, y: f64) -> [f64; 2] {
+        let o = self.offset(x, y);
+        let km = self.k * self.law.radial(o.u)[0];
+        let m = &self.axes;
+        [0, 1].map(|a| km * (m[0][a] * o.t[0] + m[1][a] * o.t[1]))
+    }
+
+    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+        let o = self.offset(x, y);
+        let [xx, xy, yy] = self.derivatives(o.u).hessian(o.n);
+        let m = &self.axes;
+        [(0, 0), (0, 1), (1, 1)]
+            .map(|(a, b)| m[0][a] * (xx * m[0][b] + xy * m[1][b]) + m[1][a] * (xy * m[0][b] + yy * m[1][b]))
+    }
+
+    fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
+        let o = self.offset(x, y);
+        let t = self.derivatives(o.u).third_derivatives(o.n, o.inv_r);
+        let m = &self.axes;
+        [(0, 0, 0), (0, 0, 1), (0, 1, 1), (1, 1, 1)].map(|(a, b, c)| {
+            let mut sum = 0.0;
+            for (i, j, k) in TRIPLES {
+                sum += m[i][a] * m[j][b] * m[k][c] * t[i + j + k];
+            }
+            sum
+        })
+    }
+}
+
+/// All index triples of a 2×2×2 tensor.
+const TRIPLES: [(usize, usize, usize); 8] =
+    [(0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 1, 1), (1, 0, 0), (1, 0, 1), (1, 1, 0), (1, 1, 1)];
+
+/// Hessian and third derivatives of a round lens from its radial functions (see [`Radial`]).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RadialDerivatives {
+    pub k: f64,
+    pub m: f64,
+    pub p1: f64,
+    pub p2: f64,
+}
+
+impl RadialDerivatives {
+    #[inline(always)]
+    pub fn hessian(&self, n: [f64; 2]) -> [f64; 3] {
+        let (isotropic, directed) = (self.k * self.m, 2.0 * self.k * self.p1);
+        [isotropic + directed * n[0] * n[0], directed * n[0] * n[1], isotropic + directed * n[1] * n[1]]
+    }
+
+    #[inline(always)]
+    pub fn third_derivatives(&self, n: [f64; 2], inv_r: f64) -> [f64; 4] {
+        let (a, b) = (2.0 * self.k * inv_r * self.p1, 4.0 * self.k * inv_r * self.p2);
+        let [nx, ny] = n;
+        [
+            nx * (3.0 * a + b * nx * nx),
+            ny * (a + b * nx * nx),
+            nx * (a + b * ny * ny),
+            ny * (3.0 * a + b * ny * ny),
+        ]
+    }
+}
