@@ -53,7 +53,17 @@ pub fn ray_table(points: &Points, rays: &RayBundle) -> Result<Table> {
             results.push(Column::f64(name, Some("arcsec^-1"), values));
         }
     }
-    let is_result = |c: &&Column| results.iter().any(|r| r.name.eq_ignore_ascii_case(&c.name));
-    let kept: Vec<Column> = points.table.columns().iter().filter(|c| !is_result(c)).cloned().collect();
-    Table::new(kept.into_iter().chain(results).collect())
+    points.with(results)
+}
+
+impl Points {
+    /// The points' own columns and these; columns of the points that have the name of a result are replaced by it.
+    ///
+    /// # Errors
+    /// When a result has not one row a point.
+    pub fn with(&self, results: Vec<Column>) -> Result<Table> {
+        let is_result = |c: &&Column| results.iter().any(|r| r.name.eq_ignore_ascii_case(&c.name));
+        let kept: Vec<Column> = self.table.columns().iter().filter(|c| !is_result(c)).cloned().collect();
+        Table::new(kept.into_iter().chain(results).collect())
+    }
 }

@@ -4,6 +4,7 @@ mod bars;
 mod completions;
 mod distances;
 mod image;
+mod lens;
 mod map;
 mod populate;
 mod relations;
@@ -46,6 +47,7 @@ enum Command {
     Trace(trace::Args),
     Map(map::Args),
     Image(image::Args),
+    Lens(lens::Args),
     Relations(relations::Args),
     Distances(distances::Args),
     Schema(schema::Args),
@@ -72,6 +74,7 @@ fn run(cli: &Cli) -> Result<()> {
         Command::Trace(args) => trace::run(args, &bars),
         Command::Map(args) => map::run(args, &bars),
         Command::Image(args) => image::run(args, &bars),
+        Command::Lens(args) => lens::run(args, &bars),
         Command::Relations(args) => relations::run(args, &bars),
         Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),

@@ -7,13 +7,26 @@ use super::model::{LineOfSightModel, los_jacobian};
 use crate::profile::mass::MassProfile;
 
 impl TidalLens {
+    /// Fermat potential of a ray at its own β in arcsec²; for flexion models to first order in the perturbations.
+    ///
+    /// Not a number where a matrix is singular.
+    pub fn ray_fermat_arcsec2(&self, theta: [f64; 2]) -> f64 {
+        match &self.model {
+            LineOfSightModel::Flexion(model) => model.fermat_arcsec2(theta[0], theta[1], &self.lenses),
+            _ => {
+                let beta = self.ray(theta).value;
+                self.fermat_arcsec2(theta, [beta.re, beta.im]).unwrap_or(f64::NAN)
+            }
+        }
+    }
+
     /// Fermat potential φ(θ; β) in arcsec² of a tidal model, whose gradient in θ vanishes at the images of β.
     ///
     /// φ = ½(θ − A_os⁻¹β)ᵀ A_LOS (θ − A_os⁻¹β) − ψ(A_od θ); for the minimal model A_os := A_LOS and β := β̃
     /// (Fleury, Larena & Uzan 2021). A potential exists only where A_LOS is symmetric, as it is for the tensors of
     /// any real line of sight; a free ω_LOS ≠ 0 has none, and the form is then evaluated as it stands.
     ///
-    /// `None` for flexion models and for singular matrices.
+    /// `None` for flexion models (see [`Self::ray_fermat_arcsec2`]) and for singular matrices.
     pub fn fermat_arcsec2(&self, theta: [f64; 2], beta: [f64; 2]) -> Option<f64> {
         let (a_los, a_os) = match &self.model {
             LineOfSightModel::Full { od, os, ds } => (los_jacobian(od, os, ds)?, os.jacobian()),

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::jet::Jet;
 use super::tensor::Tidal;
-use crate::profile::mass::MassModel;
+use crate::profile::mass::{MassModel, MassProfile};
 
 /// F- and G-type flexion per arcsec, F = ∂γ, G = ∂*γ (half of Bacon's).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +18,14 @@ pub struct Flexion {
 impl Flexion {
     /// None.
     pub const NONE: Self = Self { f: Complex::new(0.0, 0.0), g: Complex::new(0.0, 0.0) };
+
+    fn plus(&self, other: &Self) -> Self {
+        Self { f: self.f + other.f, g: self.g + other.g }
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        Self { f: self.f - other.f, g: self.g - other.g }
+    }
 
     /// q(z; F, G) = ½(F̄z² + 2F|z|² + Gz̄²).
     pub(super) fn bend(&self, z: Jet) -> Jet {
@@ -85,5 +93,36 @@ impl FlexionModel {
         let converged = (theta * two.f.conj() + bar * two.f) * alpha + alpha * self.ds.kappa;
         let sheared = (theta * two.f + bar * two.g) * alpha.conj() + alpha.conj() * self.ds.gamma;
         theta - (alpha_d + own - converged - sheared + self.flexion_1ds.bend(alpha))
+    }
+
+    /// Fermat potential of a ray at its own β in arcsec² (Duboscq et al. 2024), to first order in the perturbations.
+    ///
+    /// φ = ½Re{ᾱ_e[(1+κ_los)α_e + γ_los ᾱ_e + ⅔(F̄_1los α_e² + 2F_1los|α_e|² + G_1los ᾱ_e²)]}
+    ///   − ψ(θ_d) − ½Re(F_los θθ̄²) − ⅙Re(G_los θ̄³), los := od + os − ds (2ds in the flexions, 1los := od + 1ds − 2ds),
+    /// α_e = α(θ_d) − (κ_od + F̄_od θ + F_od θ̄)α(θ) − (γ_od + F_od θ + G_od θ̄)ᾱ(θ) + q(θ; F_los, G_los).
+    /// Rotation does not enter.
+    pub(super) fn fermat_arcsec2(&self, x: f64, y: f64, lenses: &[MassModel]) -> f64 {
+        let theta = Complex::new(x, y);
+        let bar = theta.conj();
+        let los = self.flexion_od.plus(&self.flexion_os).minus(&self.flexion_2ds);
+        let one = self.flexion_od.plus(&self.flexion_1ds).minus(&self.flexion_2ds);
+        let kappa = self.od.kappa + self.os.kappa - self.ds.kappa;
+        let gamma = self.od.gamma + self.os.gamma - self.ds.gamma;
+        let at_lens = self.lens_position(Jet::theta(x, y));
+        let alpha_d = at_lens.deflected_by(lenses).value;
+        let alpha = Jet::theta(x, y).deflected_by(lenses).value;
+        let od = &self.flexion_od;
+        let effective = alpha_d
+            - (od.f.conj() * theta + od.f * bar + self.od.kappa) * alpha
+            - (od.f * theta + od.g * bar + self.od.gamma) * alpha.conj()
+            + los.bend(Jet::theta(x, y)).value;
+        let e = effective;
+        let cubic = one.f.conj() * e * e + one.f * (2.0 * e.norm_sqr()) + one.g * e.conj() * e.conj();
+        let geometry = e.conj() * (e * (1.0 + kappa) + gamma * e.conj() + cubic * (2.0 / 3.0));
+        let potential: f64 = lenses.iter().map(|l| l.potential(at_lens.value.re, at_lens.value.im)).sum();
+        0.5 * geometry.re
+            - potential
+            - 0.5 * (los.f * theta * bar * bar).re
+            - (los.g * bar * bar * bar).re / 6.0
     }
 }

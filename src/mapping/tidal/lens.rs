@@ -20,7 +20,7 @@ pub struct TidalLens {
 }
 
 impl TidalLens {
-    fn ray(&self, [x, y]: [f64; 2]) -> Jet {
+    pub(super) fn ray(&self, [x, y]: [f64; 2]) -> Jet {
         self.model.beta(Jet::theta(x, y), &self.lenses)
     }
 }
@@ -41,16 +41,10 @@ impl Mapping for TidalLens {
         rays
     }
 
-    /// D_Δt/c times the Fermat potential of each ray at its own β; not a number where there is no potential.
+    /// D_Δt/c times the Fermat potential of each ray at its own β.
     fn delay_days(&self, theta_arcsec: &[[f64; 2]]) -> Vec<f64> {
         let days = self.time_delay_distance_mpc * MPC_OVER_C_DAYS * ARCSEC_RAD * ARCSEC_RAD;
-        theta_arcsec
-            .par_iter()
-            .map(|&theta| {
-                let beta = self.ray(theta).value;
-                self.fermat_arcsec2(theta, [beta.re, beta.im]).map_or(f64::NAN, |fermat| fermat * days)
-            })
-            .collect()
+        theta_arcsec.par_iter().map(|&theta| self.ray_fermat_arcsec2(theta) * days).collect()
     }
 }
 
