@@ -14,30 +14,43 @@ from scipy.special import hyp2f1
 LN2 = np.log(2.0)
 
 
-def nfw_f(x):
-    """arccosh(1/x)/sqrt(1-x^2), arccos(1/x)/sqrt(x^2-1) beyond 1."""
-    root = np.sqrt(np.abs((1 - x) * (1 + x)))
-    safe = np.where(root == 0, 1.0, root)
-    inside = np.log((1 + root) / x) / safe
-    outside = np.arctan(root) / safe
-    return np.where(root == 0, 1.0, np.where(x < 1, inside, outside))
+def nfw_functions(x):
+    """A = arccosh(1/x)/sqrt(1-x^2) (arccos(1/x)/sqrt(x^2-1) beyond 1), (A-1)/(1-x^2) and (ln(x/2)+A)/x^2.
+
+    Rewritten where the textbook forms subtract nearly equal numbers: a series in 1-x^2 near 1, logarithms of
+    1 - x^2/(2(1+w)) with w = sqrt(1-x^2) inside.
+    """
+    x = np.asarray(x, dtype=float)
+    z = (1 - x) * (1 + x)
+    near = np.abs(z) < 0.1
+    w = np.sqrt(np.where(near, 1.0, np.abs(z)))
+    a = np.where(z > 0, np.log((1 + w) / x), np.arctan(w)) / w
+    slope = (a - 1) / np.where(near, 1.0, z)
+    close, series = np.where(near, z, 0.0), np.zeros_like(z)
+    for n in reversed(range(18 if near.any() else 0)):
+        series = series * close + 1 / (2 * n + 3)
+    a, slope = np.where(near, 1 + z * series, a), np.where(near, series, slope)
+    inside = (z > 0) & ~near
+    small = np.where(inside, x, 0.5)
+    v = np.sqrt((1 - small) * (1 + small))
+    mean = (-np.log(small / 2) / (1 + v) + np.log1p(-small**2 / (2 * (1 + v))) / small**2) / v
+    return a, slope, np.where(inside, mean, (np.log(x / 2) + a) / x**2)
 
 
 def halo_radial(r, r_s, alpha_rs, tau=np.inf):
     """alpha/r and kappa of an NFW halo, truncated at tau r_s if tau is finite."""
     x = r / r_s
     k = alpha_rs / (r_s * (1 - LN2))
-    f = nfw_f(x)
-    kappa_nfw = np.where(x == 1, 1 / 6, (f - 1) / (2 * np.where(x == 1, 1.0, (1 - x) * (1 + x))))
+    f, slope, mean = nfw_functions(x)
     if not np.isfinite(tau):
-        return k * (np.log(x / 2) + f) / x**2, k * kappa_nfw
+        return k * mean, k * slope / 2
     t2 = tau**2
     s = np.sqrt(t2 + x**2)
     log = np.log(x / (s + tau))
     norm = t2 / (t2 + 1) ** 2
     g = norm * ((t2 + 1 + 2 * (x**2 - 1)) * f + tau * np.pi + (t2 - 1) * np.log(tau)
                 + s * (-np.pi + (t2 - 1) / tau * log))
-    kappa = norm / 2 * ((t2 + 1) * 2 * kappa_nfw + 2 * f - np.pi / s + (t2 - 1) / (tau * s) * log)
+    kappa = norm / 2 * ((t2 + 1) * slope + 2 * f - np.pi / s + (t2 - 1) / (tau * s) * log)
     return k * g / x**2, k * kappa
 
 
