@@ -89,7 +89,7 @@ proptest! {
     }
 
     #[test]
-    fn a_rotated_sky_gives_rotated_rays(haloes in any_cone(), angle in 0.0..6.28_f64) {
+    fn a_rotated_sky_gives_rotated_rays(haloes in any_cone(), angle in 0.0..std::f64::consts::TAU) {
         let original = trace(&haloes, &Sheets::OnAxis, &grid());
         let moved: Vec<Halo> =
             haloes.iter().map(|h| Halo { centre: turned(h.centre, angle), ..*h }).collect();
