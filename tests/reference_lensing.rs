@@ -57,7 +57,7 @@ impl Quantity {
         }
     }
 
-    fn from_oracle(self, reference: &Reference, oracle: &str, row: usize) -> Vec<f64> {
+    fn column_values(self, reference: &Reference, oracle: &str, row: usize) -> Vec<f64> {
         self.columns().iter().map(|part| reference.column(&format!("{oracle}_{part}"))[row]).collect()
     }
 }
@@ -111,7 +111,7 @@ impl Lenses {
         Differences::of(
             &format!("{} {quantity:?}, {oracle}", self.name),
             rows.map(|row| {
-                let theirs = quantity.from_oracle(&self.reference, oracle, row);
+                let theirs = quantity.column_values(&self.reference, oracle, row);
                 scaled_difference(&self.ours(quantity, row), &theirs)
             }),
         )
@@ -123,7 +123,7 @@ impl Lenses {
         Differences::of(
             &format!("{} {quantity:?}, lenstronomy's own error", self.name),
             rows.map(|row| {
-                let values = |oracle| quantity.from_oracle(&self.reference, oracle, row);
+                let values = |oracle| quantity.column_values(&self.reference, oracle, row);
                 scaled_difference(&values("lenstronomy"), &values("exact"))
             }),
         )
