@@ -8,7 +8,7 @@ use crate::error::{Result, require};
 /// Elliptical Sérsic profile I = I_R·exp{−b_n[(R/R_s)^{1/n} − 1]}, R = √(qx² + y²/q) in its own axes.
 ///
 /// b_n = 1.9992n − 0.3271 (Capaccioli 1989), good to 1e-3 for 0.5 < n < 10 and exact by convention here:
-/// the flux below uses the same b_n. At R → 0 the brightness is that of R = 1e-5″, as in lenstronomy.
+/// the flux below uses the same b_n. At R → 0 the brightness is that of R = 1e-5″ (lenstronomy 1.14.2: 1e-4″).
 #[derive(Debug, Clone, Copy)]
 pub struct Sersic {
     amplitude: f64,
