@@ -8,7 +8,7 @@ use crate::error::{Result, require};
 /// Elliptical Sérsic profile I = I_R·exp{−b_n[(R/R_s)^{1/n} − 1]}, R = √(qx² + y²/q) in its own axes.
 ///
 /// b_n = 1.9992n − 0.3271 (Capaccioli 1989), good to 1e-3 for 0.5 < n < 10 and exact by convention here:
-/// the flux below uses the same b_n. At R → 0 the brightness is that of R = 1e-5″ (lenstronomy 1.14.2: 1e-4″).
+/// the flux below uses the same b_n. At R → 0 the brightness is that of R = 1e-4″, as in lenstronomy 1.14.2; an n = 6 profile loses 1e-4 of its flux there.
 #[derive(Debug, Clone, Copy)]
 pub struct Sersic {
     amplitude: f64,
@@ -84,7 +84,7 @@ impl Sersic {
 
 impl LightProfile for Sersic {
     fn surface_brightness(&self, x: f64, y: f64) -> f64 {
-        const RADIUS_FLOOR_ARCSEC: f64 = 1e-5;
+        const RADIUS_FLOOR_ARCSEC: f64 = 1e-4;
         let (dx, dy) = (x - self.centre_arcsec[0], y - self.centre_arcsec[1]);
         let (u, v) = (self.axis[0] * dx + self.axis[1] * dy, -self.axis[1] * dx + self.axis[0] * dy);
         let r = (self.q * u * u + v * v / self.q).sqrt().max(RADIUS_FLOOR_ARCSEC);
