@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, Matrix2};
 
-use crate::mapping::tidal::Tidal;
+use crate::mapping::tidal::{Flexion, Tidal};
 use crate::mapping::{Mapping, Order, RayBundle};
 
 /// Tidal part and flexion of a mapping at one point; F = ∂γ and G = ∂*γ per arcsec, ∂ = ½(∂x − i∂y).
@@ -30,6 +30,11 @@ impl Distortion {
             f_per_arcsec: Complex::new(0.5 * (g1[0] + g2[1]), 0.5 * (g2[0] - g1[1])),
             g_per_arcsec: Complex::new(0.5 * (g1[0] - g2[1]), 0.5 * (g1[1] + g2[0])),
         }
+    }
+
+    /// The flexion alone.
+    pub fn flexion(&self) -> Flexion {
+        Flexion { f: self.f_per_arcsec, g: self.g_per_arcsec }
     }
 
     /// Distortions of all rays of a bundle traced with [`Order::SecondDerivatives`].

@@ -3,7 +3,7 @@
 use super::distortion::Distortion;
 use crate::error::{Error, Result};
 use crate::mapping::multiplane::LineOfSight;
-use crate::mapping::tidal::{Tidal, los_jacobian};
+use crate::mapping::tidal::{Flexion, FlexionModel, LineOfSightModel, Tidal, los_jacobian};
 
 /// What the tidal models of a line of sight predict on its axis, main lens excluded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +18,10 @@ pub struct EffectiveLineOfSight {
     pub los: Tidal,
     /// First order: γ_od + γ_os − γ_ds, same for κ; ω_os − ω_od − ω_ds.
     pub los_linear: Tidal,
+    /// Flexion lens to source of the deflection squared, F_1ds = f·F_ds, f = χ_s/(χ_s − χ_d).
+    pub flexion_1ds: Flexion,
+    /// Flexion lens to source of position times deflection.
+    pub flexion_2ds: Flexion,
 }
 
 impl EffectiveLineOfSight {
@@ -31,12 +35,35 @@ impl EffectiveLineOfSight {
         let ds = Distortion::on_axis(&line_of_sight.to_source_from(z_lens)?);
         let los = los_jacobian(&od.tidal, &os.tidal, &ds.tidal)
             .ok_or_else(|| Error::out_of_range("A_ds of the line of sight", "singular", "invertible"))?;
+        let f = line_of_sight.slope_per_reduced_deflection(z_lens)?;
+        let mixed = line_of_sight.mixed_second_derivatives(z_lens)?.map(|b| f * b);
+        let two = Distortion::of_ray(&[1.0, 0.0, 0.0, 1.0], &mixed);
         Ok(Self {
+            flexion_1ds: Flexion { f: ds.f_per_arcsec * f, g: ds.g_per_arcsec * f },
+            flexion_2ds: two.flexion(),
             od,
             os,
             ds,
             los: Tidal::of_jacobian(&los),
             los_linear: linear(&od.tidal, &os.tidal, &ds.tidal),
+        })
+    }
+
+    /// The full tidal model that stands for this line of sight, positions measured from the axis ray.
+    pub fn tidal_model(&self) -> LineOfSightModel {
+        LineOfSightModel::Full { od: self.od.tidal, os: self.os.tidal, ds: self.ds.tidal }
+    }
+
+    /// The flexion model that stands for this line of sight, positions measured from the axis ray.
+    pub fn flexion_model(&self) -> LineOfSightModel {
+        LineOfSightModel::Flexion(FlexionModel {
+            od: self.od.tidal,
+            os: self.os.tidal,
+            ds: self.ds.tidal,
+            flexion_od: self.od.flexion(),
+            flexion_os: self.os.flexion(),
+            flexion_1ds: self.flexion_1ds,
+            flexion_2ds: self.flexion_2ds,
         })
     }
 }

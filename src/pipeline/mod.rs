@@ -5,6 +5,7 @@ mod progress;
 mod relations;
 mod simulate;
 mod summary;
+mod tidal_study;
 mod view;
 
 pub use haloes::{Haloes, MassFunctionCurve, populate};
@@ -12,4 +13,5 @@ pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
+pub use tidal_study::{TidalResidual, rms, tidal_residual, tidal_study};
 pub use view::{LensAndSource, View, line_of_sight};

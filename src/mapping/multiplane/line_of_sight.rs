@@ -91,6 +91,22 @@ impl LineOfSight {
         Ok(Segment::between(self, self.distance(z_near)?, self.distance(z_far)?))
     }
 
+    /// ∂²β/∂θ_j∂σ_k of the axis ray, symmetrised, for a change σ of its slope at redshift `z`; per arcsec, as b_ijk.
+    ///
+    /// # Errors
+    /// When z is not between 0 and the source.
+    pub fn mixed_second_derivatives(&self, z: f64) -> Result<[f64; 6]> {
+        Ok(self.observer_to_source().mixed_second_derivatives(self.distance(z)?))
+    }
+
+    /// f = χ_s/(χ_s − χ(z)): by how much a reduced deflection at redshift `z` changes the slope.
+    ///
+    /// # Errors
+    /// When z is not between 0 and the source.
+    pub fn slope_per_reduced_deflection(&self, z: f64) -> Result<f64> {
+        Ok(self.chi_source_cmpc / (self.chi_source_cmpc - self.distance(z)?))
+    }
+
     /// Observer to source through haloes and main lens: the whole lens mapping.
     ///
     /// # Errors

@@ -52,6 +52,16 @@ impl Tile {
         tile
     }
 
+    /// From here on derivatives are with respect to what changes from here on.
+    pub fn forget_derivatives(&mut self) {
+        for lanes in self.dx.iter_mut().chain(&mut self.ds) {
+            *lanes = [0.0; TILE];
+        }
+        for lanes in self.d2x.iter_mut().chain(&mut self.d2s) {
+            *lanes = [0.0; TILE];
+        }
+    }
+
     /// Carries positions and derivatives to comoving distance `chi_cmpc`.
     #[inline(always)]
     pub fn advance<const ORDER: usize>(&mut self, chi_cmpc: f64) {

@@ -64,6 +64,32 @@ impl<'a> Segment<'a> {
         self
     }
 
+    /// Mixed second derivatives ∂²β/∂θ_j∂σ_k of the axis ray, symmetrised in j and k, where σ is a change of its slope
+    /// at `chi_kick`: what a deflection there does to the distortion behind it. Same order as b_ijk, per arcsec.
+    ///
+    /// With rays θ = p, σ = p the second derivative is b_θθ + 2b_θσ + b_σσ; the other two are known.
+    pub(super) fn mixed_second_derivatives(&self, chi_kick: f64) -> [f64; 6] {
+        let axis = [[0.0, 0.0]];
+        let (nearer, farther) = self.planes.split_at(self.planes.partition_point(|p| p.chi_cmpc < chi_kick));
+        let trace = |kicked_before: bool, kick: bool| -> [f64; 6] {
+            let mut tile = Tile::start(self.chi_start, self.x_start, self.s_start, &axis);
+            trace_planes::<2>(&mut tile, nearer);
+            tile.advance::<2>(chi_kick);
+            if !kicked_before {
+                tile.forget_derivatives();
+            }
+            if kick {
+                tile.ds[0][0] += 1.0;
+                tile.ds[3][0] += 1.0;
+            }
+            trace_planes::<2>(&mut tile, farther);
+            tile.advance::<2>(self.chi_end);
+            std::array::from_fn(|c| tile.d2x[c][0] / (self.chi_end - self.chi_start))
+        };
+        let (both, theta, sigma) = (trace(true, true), trace(true, false), trace(false, true));
+        std::array::from_fn(|c| 0.5 * (both[c] - theta[c] - sigma[c]))
+    }
+
     /// Position and slope at the end of the ray of direction 0.
     fn axis_ray(&self) -> ([f64; 2], [f64; 2]) {
         let tile = self.trace_tile::<0>(&[[0.0, 0.0]]);
