@@ -7,11 +7,12 @@ use crate::constants::ARCSEC_RAD;
 use crate::error::{Error, Result};
 use crate::imaging::Exposure;
 use crate::io::{AttributeValue, RunFile};
+use crate::pipeline::{TidalResidual, rms};
 use crate::plot::Figure;
 use crate::plot::figures::{
     CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImagePairData, ImageRow, ImagesData,
-    MassFunctionCurve, MassFunctionData, TidalMapsData, cylinder, flexion_maps, histograms, image_pair,
-    images, mass_function, tidal_maps,
+    MassFunctionCurve, MassFunctionData, TidalMapsData, TidalResidualsData, cylinder, flexion_maps,
+    histograms, image_pair, images, mass_function, tidal_maps, tidal_residuals,
 };
 
 /// Of the haloes in the tidal regime every tenth is drawn, as in the paper.
@@ -42,6 +43,24 @@ pub fn map_figures(file: &Path) -> Result<[(&'static str, Figure); 2]> {
         ("tidal_maps", tidal_map_figure(&file, &config)?),
         ("flexion_maps", flexion_map_figure(&file, &config)?),
     ])
+}
+
+/// What the tidal and flexion models leave: the maps of the first sightline and the rms of all.
+///
+/// # Errors
+/// When there is no sightline.
+pub fn tidal_residual_figure(config: &Config, rows: &[TidalResidual]) -> Result<Figure> {
+    let first = rows.first().ok_or_else(|| Error::out_of_range("number of sightlines", 0, "at least 1"))?;
+    let half_width_arcsec = first.grid.half_width_arcsec + 0.5 * first.grid.step_arcsec();
+    let grid = |values: &[f64]| Grid { values: values.to_vec(), n: first.grid.points, half_width_arcsec };
+    let (tidal, flexion) = (grid(&first.tidal_arcsec), grid(&first.flexion_arcsec));
+    Ok(tidal_residuals(&TidalResidualsData {
+        tidal: tidal.data(),
+        flexion: flexion.data(),
+        tidal_rms_arcsec: &rows.iter().map(|row| rms(&row.tidal_arcsec)).collect::<Vec<_>>(),
+        flexion_rms_arcsec: &rows.iter().map(|row| rms(&row.flexion_arcsec)).collect::<Vec<_>>(),
+        einstein_radius_arcsec: config.lens.einstein_radius_arcsec,
+    }))
 }
 
 /// One exposure with and without noise.

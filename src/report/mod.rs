@@ -3,5 +3,5 @@
 mod figures;
 mod run_folder;
 
-pub use figures::{draw_figures, exposure_figure, map_figures};
+pub use figures::{draw_figures, exposure_figure, map_figures, tidal_residual_figure};
 pub use run_folder::{RUN_FILE, image_file, write_run};

@@ -11,6 +11,7 @@ mod relations;
 mod schema;
 mod settings;
 mod simulate;
+mod study;
 mod summary;
 mod trace;
 
@@ -48,6 +49,7 @@ enum Command {
     Map(map::Args),
     Image(image::Args),
     Lens(lens::Args),
+    Study(study::Args),
     Relations(relations::Args),
     Distances(distances::Args),
     Schema(schema::Args),
@@ -75,6 +77,7 @@ fn run(cli: &Cli) -> Result<()> {
         Command::Map(args) => map::run(args, &bars),
         Command::Image(args) => image::run(args, &bars),
         Command::Lens(args) => lens::run(args, &bars),
+        Command::Study(args) => study::run(args, &bars),
         Command::Relations(args) => relations::run(args, &bars),
         Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),

@@ -6,6 +6,7 @@ mod histograms;
 mod images;
 mod mass_function;
 mod tidal_maps;
+mod tidal_residuals;
 
 pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
@@ -13,6 +14,7 @@ pub use histograms::{HaloEffects, histograms};
 pub use images::{ImagePairData, ImageRow, ImagesData, image_pair, images};
 pub use mass_function::{DrawnHaloes, MassFunctionCurve, MassFunctionData, mass_function};
 pub use tidal_maps::{TidalMapsData, tidal_maps};
+pub use tidal_residuals::{TidalResidualsData, tidal_residuals};
 
 use super::{Anchor, Axis, Circle, Colour, ColourBar, ColourMap, Figure, Mark, Norm, Panel, Raster, Side};
 use super::{Stroke, Text, TextAt};

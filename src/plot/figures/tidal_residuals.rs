@@ -1,0 +1,100 @@
+//! What a tidal and a flexion model leave of a traced cone.
+
+use super::{GridData, einstein_circle};
+use crate::plot::{
+    Axis, Colour, ColourBar, ColourMap, Corner, Figure, Line, Mark, Norm, Panel, Scatter, Side, Stroke,
+};
+
+/// What the figure shows.
+#[derive(Debug, Clone, Copy)]
+pub struct TidalResidualsData<'a> {
+    /// |β_traced − β_model| of the tidal model for one cone, arcsec.
+    pub tidal: GridData<'a>,
+    /// The same of the flexion model.
+    pub flexion: GridData<'a>,
+    /// Rms residual of the tidal model for every cone, arcsec.
+    pub tidal_rms_arcsec: &'a [f64],
+    /// Rms residual of the flexion model for every cone, arcsec.
+    pub flexion_rms_arcsec: &'a [f64],
+    /// Radius of the dashed circle.
+    pub einstein_radius_arcsec: f64,
+}
+
+/// Fraction of the pixels whose values lie within the colour bar.
+const COVERAGE: f64 = 0.99;
+
+/// Draws both residuals of one cone in one stretch, and the rms of all cones against each other.
+pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
+    let both: Vec<f64> = data.tidal.values.iter().chain(data.flexion.values).copied().collect();
+    let norm = Norm::log_of(&both, COVERAGE);
+    let map = |column: usize, grid: GridData, name: &str| {
+        let mut panel = grid.panel(ColourMap::Magma, norm, column);
+        panel.marks.extend(einstein_circle(data.einstein_radius_arcsec, true));
+        panel.tick_colour = Colour::WHITE;
+        let label = format!("|β − β_{{{name}}}| [arcsec]");
+        panel.colour_bar = Some(ColourBar { map: ColourMap::Magma, norm, label, side: Side::Top });
+        panel
+    };
+    let panels = vec![map(0, data.tidal, "tidal"), map(1, data.flexion, "flexion"), rms_panel(data)];
+    Figure {
+        columns: 3,
+        panel_aspect: data.tidal.aspect(),
+        panels,
+        ..Figure::full_width("Residuals of the tidal and flexion models")
+    }
+}
+
+fn rms_panel(data: &TidalResidualsData) -> Panel {
+    let finite =
+        |values: &[f64]| values.iter().copied().filter(|v| *v > 0.0 && v.is_finite()).collect::<Vec<_>>();
+    let all = [finite(data.tidal_rms_arcsec), finite(data.flexion_rms_arcsec)].concat();
+    let low = all.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = all.iter().copied().fold(0.0, f64::max);
+    let equal = Line {
+        x: vec![low, high],
+        y: vec![low, high],
+        stroke: Stroke::dashed(Colour::BLACK, 0.8),
+        legend: "equal".into(),
+    };
+    let cones = Scatter {
+        x: data.tidal_rms_arcsec.to_vec(),
+        y: data.flexion_rms_arcsec.to_vec(),
+        colour: Colour::BLUE,
+        radius_pt: 1.2,
+        opacity: 0.8,
+        legend: "one cone each".into(),
+    };
+    Panel {
+        marks: vec![Mark::Line(equal), Mark::Scatter(cones)],
+        legend: Corner::TopLeft,
+        ..Panel::new(
+            Axis::log("rms of the tidal model [arcsec]"),
+            Axis::log("rms of the flexion model [arcsec]"),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_rays_and_cones_are_left_out() {
+        let grid = GridData {
+            values: &[f64::NAN, 1e-3, 2e-3, 1e-4],
+            nx: 2,
+            ny: 2,
+            extent_arcsec: [-1.0, 1.0, -1.0, 1.0],
+        };
+        let data = TidalResidualsData {
+            tidal: grid,
+            flexion: grid,
+            tidal_rms_arcsec: &[1e-3, f64::NAN],
+            flexion_rms_arcsec: &[1e-4, 2e-4],
+            einstein_radius_arcsec: 0.5,
+        };
+        let figure = tidal_residuals(&data);
+        assert_eq!(figure.panels.len(), 3);
+        assert!(!figure.to_svg().contains("NaN"));
+    }
+}
