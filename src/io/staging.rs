@@ -1,6 +1,7 @@
 //! A whole folder of outputs: staged in a hidden folder inside it, renamed only when all are complete.
 
 use std::fs::{self, File};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
@@ -34,6 +35,10 @@ impl Staging {
     /// [`Error::OutputPlace`] when `final_dir` cannot be created or written to.
     pub fn begin(final_dir: &Path) -> Result<Self> {
         let made_final_dir = !final_dir.is_dir();
+        if final_dir.is_file() {
+            let source = io::Error::new(ErrorKind::NotADirectory, "it is a file; a folder is wanted");
+            return Err(Error::OutputPlace { path: final_dir.into(), source });
+        }
         if made_final_dir {
             fs::create_dir(final_dir).map_err(|error| place_error(final_dir, error))?;
         }
