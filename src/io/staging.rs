@@ -66,9 +66,14 @@ impl Staging {
         self.folder().join(name)
     }
 
+    /// What a staged output will be called, without a needless `./`.
+    fn target(&self, name: impl AsRef<Path>) -> PathBuf {
+        if self.final_dir == Path::new(".") { name.as_ref().into() } else { self.final_dir.join(name) }
+    }
+
     /// Writes one staged output; a folder in `name` is created, errors carry the final name.
     pub fn write(&self, name: impl AsRef<Path>, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-        let (path, target) = (self.path(&name), self.final_dir.join(&name));
+        let (path, target) = (self.path(&name), self.target(&name));
         fs::create_dir_all(folder_of(&path)).map_err(|error| Error::write(&target, error))?;
         write(&path).map_err(|error| name_in_error(error, &target))
     }
@@ -81,7 +86,7 @@ impl Staging {
     /// [`Error::Write`] when the disk is full; both before the first rename.
     pub fn commit(mut self) -> Result<Vec<PathBuf>> {
         let names = files_below(self.folder(), Path::new(""))?;
-        let targets: Vec<PathBuf> = names.iter().map(|name| self.final_dir.join(name)).collect();
+        let targets: Vec<PathBuf> = names.iter().map(|name| self.target(name)).collect();
         for (name, target) in names.iter().zip(&targets) {
             check_target(target)?;
             sync(&self.path(name)).map_err(|error| Error::write(target, error))?;
