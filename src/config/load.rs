@@ -45,19 +45,13 @@ impl Preset {
 /// with file, line and column.
 pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
     let path = user.unwrap_or(Path::new("preset"));
-    let text = match user {
-        None => String::new(),
-        Some(path) => {
-            std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?
-        }
+    let fault = |problem: String| Error::Config { path: path.into(), problem };
+    let bytes = match user {
+        None => Vec::new(),
+        Some(path) => std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?,
     };
-    let mut config = resolve(preset, &text).map_err(|problem| match problem {
-        Problem::Toml(mut error) => {
-            error.set_input(Some(&text));
-            Error::Config { path: path.into(), problem: error.to_string().trim_end().into() }
-        }
-        Problem::Value { at, error } => Error::Config { path: path.into(), problem: format!("{at}{error}") },
-    })?;
+    let text = String::from_utf8(bytes).map_err(|_| fault("is not a TOML file: not UTF-8 text".into()))?;
+    let mut config = resolve(preset, &text).map_err(fault)?;
     // Files named in a configuration lie where it lies.
     if let Some(folder) = user.and_then(Path::parent) {
         for file in [&mut config.haloes.catalogue, &mut config.instrument.psf_file].into_iter().flatten() {
@@ -67,38 +61,73 @@ pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
     Ok(config)
 }
 
-/// What is wrong with a configuration: its text, or a value (with its place).
-enum Problem {
-    Toml(toml::de::Error),
-    Value { at: String, error: Error },
-}
-
-fn resolve(preset: Preset, text: &str) -> std::result::Result<Config, Problem> {
-    let mut merged = DeTable::parse(preset.toml()).map_err(Problem::Toml)?;
-    let user = DeTable::parse(text).map_err(Problem::Toml)?;
+/// The configuration, or what is wrong with the user's text and where.
+fn resolve(preset: Preset, text: &str) -> std::result::Result<Config, String> {
+    let unreadable = |error: toml::de::Error| {
+        format!("{}{}", line_and_column(text, error.span().map(|span| span.start)), plain_words(&error))
+    };
+    let mut merged = DeTable::parse(preset.toml()).map_err(unreadable)?;
+    let user = DeTable::parse(text).map_err(unreadable)?;
     overlay(merged.get_mut(), user.get_ref());
-    let config =
-        Config::deserialize(Deserializer::from(merged).into_deserializer()).map_err(Problem::Toml)?;
-    config.validate().map_err(|error| {
-        let at = match &error {
-            Error::OutOfRange { what, .. } => place(text, user.get_ref(), what),
-            _ => String::new(),
-        };
-        Problem::Value { at, error }
+    let config = Config::deserialize(Deserializer::from(merged).into_deserializer()).map_err(|error| {
+        let start = key_in_section(user.get_ref(), &error).or(error.span().map(|span| span.start));
+        format!("{}{}", line_and_column(text, start), plain_words(&error))
+    })?;
+    config.validate().map_err(|error| match &error {
+        Error::OutOfRange { what, .. } => format!("{}{error}", place(text, user.get_ref(), what)),
+        Error::MassDefinition { .. } => {
+            let keys = ["haloes.mass_definition", "haloes.mass_function"];
+            let haloes = user.get_ref().get("haloes").and_then(|section| section.get_ref().as_table());
+            let key = keys[usize::from(!haloes.is_some_and(|h| h.contains_key("mass_definition")))];
+            format!("{}{key}: {error}", place(text, user.get_ref(), key))
+        }
+        _ => error.to_string(),
     })?;
     Ok(config)
 }
 
+/// Lays the user's sections over the preset's key by key; a value such as `epoch = { … }` replaces the preset's.
+///
+/// Spans become the user's, so that no error points into the text of the preset.
 fn overlay<'i>(base: &mut DeTable<'i>, top: &DeTable<'i>) {
     for (key, value) in top {
-        let below = base.get_mut(key.get_ref().as_ref()).map(Spanned::get_mut);
-        if let (Some(DeValue::Table(below)), DeValue::Table(above)) = (below, value.get_ref()) {
-            overlay(below, above);
-        } else {
-            base.remove(key.get_ref().as_ref());
-            base.insert(key.clone(), value.clone());
-        }
+        let below = base.remove(key.get_ref().as_ref()).map(Spanned::into_inner);
+        let merged = match (below, value.get_ref()) {
+            (Some(DeValue::Table(mut below)), DeValue::Table(above)) => {
+                for (key, value) in above {
+                    below.remove(key.get_ref().as_ref());
+                    below.insert(key.clone(), value.clone());
+                }
+                Spanned::new(value.span(), DeValue::Table(below))
+            }
+            _ => value.clone(),
+        };
+        base.insert(key.clone(), merged);
     }
+}
+
+/// Where the key lies with which a message such as "omega_m is 2, but …" about a whole section begins.
+fn key_in_section(user: &DeTable, error: &toml::de::Error) -> Option<usize> {
+    let key = error.message().split(' ').next()?;
+    let section = user.values().find(|section| Some(section.span()) == error.span())?;
+    Some(section.get_ref().as_table()?.get(key)?.span().start)
+}
+
+/// The message of serde without the names of Rust's types.
+fn plain_words(error: &toml::de::Error) -> String {
+    let mut message = error.message().trim().replace('\n', "; ");
+    if let Some((before, _)) = message.split_once("expected struct ") {
+        message = format!("{before}expected a section with keys");
+    }
+    for (ours, plain) in [
+        (" as i128", ""),
+        ("expected f64", "expected a number"),
+        ("expected u64", "expected a whole number, zero or more"),
+        ("expected usize", "expected a whole number, zero or more"),
+    ] {
+        message = message.replace(ours, plain);
+    }
+    message
 }
 
 /// "line 3, column 8: " of a dotted key in the user's text, or nothing when it is not there.
@@ -113,7 +142,11 @@ fn place(text: &str, table: &DeTable, dotted: &str) -> String {
             _ => break,
         }
     }
-    let Some(before) = found.and_then(|start| text.get(..start)) else { return String::new() };
+    line_and_column(text, found)
+}
+
+fn line_and_column(text: &str, start: Option<usize>) -> String {
+    let Some(before) = start.and_then(|start| text.get(..start)) else { return String::new() };
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) + 1;
     format!("line {line}, column {column}: ")
@@ -124,14 +157,7 @@ mod tests {
     use super::*;
 
     fn message(text: &str) -> String {
-        match resolve(Preset::Paper, text) {
-            Ok(_) => "accepted".into(),
-            Err(Problem::Toml(mut e)) => {
-                e.set_input(Some(text));
-                e.to_string()
-            }
-            Err(Problem::Value { at, error }) => format!("{at}{error}"),
-        }
+        resolve(Preset::Paper, text).map_or_else(|problem| problem, |_| "accepted".into())
     }
 
     #[test]
@@ -145,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_user_file_changes_only_its_keys() {
-        let config = resolve(Preset::Paper, "seed = 7\n[lens]\nslope = 2.1\n").ok().unwrap();
+        let config = resolve(Preset::Paper, "seed = 7\n[lens]\nslope = 2.1\n").unwrap();
         let paper = Preset::Paper.config().unwrap();
         assert_eq!((config.seed, config.lens.slope), (7, 2.1));
         assert_eq!(config.lens.einstein_radius_arcsec, paper.lens.einstein_radius_arcsec);
@@ -163,18 +189,60 @@ mod tests {
 
     #[test]
     fn wrong_types_name_the_line() {
-        let text = message("[lens]\nslope = \"steep\"\n");
-        assert!(text.contains("line 2") && text.contains("expected f64"), "{text}");
+        for (file, expected) in [
+            (
+                "[lens]\nslope = \"steep\"\n",
+                "line 2, column 9: invalid type: string \"steep\", expected a number",
+            ),
+            (
+                "\nseed = -1\n",
+                "line 2, column 8: invalid value: integer `-1`, expected a whole number, zero or more",
+            ),
+            ("lens = 3", "line 1, column 8: invalid type: integer `3`, expected a section with keys"),
+        ] {
+            assert_eq!(message(file), expected);
+        }
+    }
+
+    #[test]
+    fn faults_found_in_a_whole_section_point_into_the_users_text() {
+        assert_eq!(
+            message("seed = 2\n[cosmology]\n\nomega_m = 2\n"),
+            "line 4, column 11: omega_m is 2, but must be above 0 and at most 1"
+        );
+        assert_eq!(
+            message("[lens_light]\nmagnitude = 20"),
+            "line 1, column 1: missing field `radius_arcsec`"
+        );
+    }
+
+    #[test]
+    fn an_epoch_replaces_that_of_the_preset() {
+        let text = message("[haloes]\nepoch = { frozen = 1.0 }\n");
+        assert!(text.starts_with("line 2") && text.contains("unknown variant `frozen`"), "{text}");
+        let config = resolve(Preset::Paper, "haloes.epoch.frozen_z = 0.3").unwrap();
+        assert_eq!(config.haloes.epoch, crate::halo::Epoch::FrozenZ(0.3));
     }
 
     #[test]
     fn values_outside_their_domain_name_line_key_and_domain() {
         for (file, line, key, allowed) in [
             ("[line_of_sight]\nz_lens = 1.6\n", "line 2", "z_lens", "below z_source = 1.5"),
-            ("\n\n[haloes]\nmass_min_msun = -1e8\n", "line 4", "mass_min_msun", "from 1e2"),
+            ("\n\n[haloes]\nmass_min_msun = -1e8\n", "line 4", "mass_min_msun", "from 1e4"),
             ("[lens]\nslope = nan", "line 2", "lens.slope", "below 3"),
             ("[image]\npixels = 0", "line 2", "image.pixels", "from 1 to 4096"),
             ("[source]\ne1 = 0.1", "line 1", "source.e2", "together with e1"),
+            ("[source]\nmagnitude = -5000", "line 2", "source.magnitude", "from -100 to 100"),
+            ("[structure]\nsigma8 = -1", "line 2", "structure.sigma8", "positive"),
+            ("[structure]\nomega_m = 2", "line 2", "structure.omega_m", "at most 1"),
+            (
+                "[haloes]\nh_units_h0_km_s_mpc = nan",
+                "line 2",
+                "h_units_h0_km_s_mpc",
+                "finite number, positive",
+            ),
+            ("[instrument]\npsf_fwhm_arcsec = 1e9", "line 2", "psf_fwhm_arcsec", "at most 4096 pixels"),
+            ("seed = 9223372036854775808", "line 1", "seed", "9223372036854775807"),
         ] {
             let text = message(file);
             assert!(text.contains(line) && text.contains(key) && text.contains(allowed), "{file}: {text}");
@@ -184,7 +252,9 @@ mod tests {
     #[test]
     fn a_mass_definition_not_covered_is_refused() {
         let text = message("[haloes]\nmass_definition = \"fof\"\n");
-        assert!(text.contains("Tinker08") || text.contains("tinker08"), "{text}");
-        assert!(message("[haloes]\nmass_function = \"sheth99\"\n").contains("fof"));
+        assert!(text.starts_with("line 2, column 19: haloes.mass_definition: tinker08 is not"), "{text}");
+        let text = message("[haloes]\n\nmass_function = \"sheth99\"\n");
+        assert!(text.starts_with("line 3, column 17: haloes.mass_function: sheth99 is not"), "{text}");
+        assert!(text.ends_with("allowed: fof"), "{text}");
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::cosmology::{Background, MASS_MAX_MSUN, MASS_MIN_MSUN, StructureParameters};
+use crate::cosmology::{Background, MASS_MAX_MSUN, StructureParameters};
 use crate::diagnostics::MapGrid;
 use crate::error::{Error, Result, require};
 use crate::halo::concentration::ConcentrationModel;
@@ -15,6 +15,9 @@ use crate::imaging::{Instrument, PixelSampling, SkyGrid};
 
 /// The masses of drawn and imported haloes are M200c.
 pub const HALO_MASS_DEFINITION: MassDefinition = MassDefinition::Critical(200.0);
+
+/// Smallest halo mass allowed: diemer19 asks for σ at (0.41)³ of the mass, and σ is tabulated from 100 Msun.
+const HALO_MASS_MIN_MSUN: f64 = 1e4;
 
 /// A resolved configuration: a preset overlaid with a user's file and command-line options.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -69,7 +72,7 @@ pub struct HaloConfig {
     pub concentration_scatter_dex: f64,
     /// Do mass function and concentration evolve? "evolving" or { frozen_z = 0.5 }.
     pub epoch: Epoch,
-    /// Smallest M200c drawn.
+    /// Smallest M200c drawn, at least 1e4.
     pub mass_min_msun: f64,
     /// Largest M200c drawn.
     pub mass_max_msun: f64,
@@ -166,7 +169,7 @@ pub struct LensConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LightConfig {
-    /// Total apparent magnitude.
+    /// Total apparent magnitude, -100 to 100.
     pub magnitude: f64,
     /// Half-light radius.
     pub radius_arcsec: f64,
@@ -196,6 +199,16 @@ impl Config {
     /// # Errors
     /// The first key outside its domain.
     pub fn validate(&self) -> Result<()> {
+        // TOML knows no larger integer, and a run stores its seed as TOML.
+        if i64::try_from(self.seed).is_err() {
+            return Err(Error::out_of_range("seed", self.seed, &format!("at most {}", i64::MAX)));
+        }
+        self.structure.validate().map_err(|error| match error {
+            Error::OutOfRange { what, value, allowed } => {
+                Error::OutOfRange { what: format!("structure.{what}"), value, allowed }
+            }
+            other => other,
+        })?;
         let los = &self.line_of_sight;
         require(
             los.z_source > 0.0 && los.z_source <= 20.0,
@@ -247,8 +260,8 @@ impl HaloConfig {
     }
 
     fn validate(&self, structure: &StructureParameters, z_source: f64) -> Result<()> {
-        let tabulated = format!("from {MASS_MIN_MSUN:e} to {MASS_MAX_MSUN:e}");
-        let inside = |m: f64| (MASS_MIN_MSUN..=MASS_MAX_MSUN).contains(&m);
+        let tabulated = format!("from {HALO_MASS_MIN_MSUN:e} to {MASS_MAX_MSUN:e}");
+        let inside = |m: f64| (HALO_MASS_MIN_MSUN..=MASS_MAX_MSUN).contains(&m);
         require(inside(self.mass_min_msun), "haloes.mass_min_msun", self.mass_min_msun, &tabulated)?;
         require(inside(self.mass_max_msun), "haloes.mass_max_msun", self.mass_max_msun, &tabulated)?;
         require(
@@ -273,6 +286,9 @@ impl HaloConfig {
                 z
             }
         };
+        if let Some(h0) = self.h_units_h0_km_s_mpc {
+            require(h0 > 0.0, "haloes.h_units_h0_km_s_mpc", h0, "positive")?;
+        }
         if let Some(kappa) = self.max_kappa {
             require(kappa > 0.0, "haloes.max_kappa", kappa, "positive, or left out to keep all haloes")?;
         }
@@ -308,7 +324,8 @@ impl HaloConfig {
 
 impl LightConfig {
     fn validate(&self, table: &str) -> Result<()> {
-        require(self.magnitude.is_finite(), &format!("{table}.magnitude"), self.magnitude, "finite")?;
+        let usable = (-100.0..=100.0).contains(&self.magnitude);
+        require(usable, &format!("{table}.magnitude"), self.magnitude, "from -100 to 100")?;
         require(self.radius_arcsec > 0.0, &format!("{table}.radius_arcsec"), self.radius_arcsec, "positive")?;
         require(
             (0.3..=10.0).contains(&self.sersic_index),

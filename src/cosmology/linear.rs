@@ -50,7 +50,12 @@ impl StructureParameters {
         }
     }
 
-    fn validate(&self) -> Result<()> {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first parameter outside the range its field states.
+    pub fn validate(&self) -> Result<()> {
+        Background::new(self.h0_km_s_mpc, self.omega_m)?;
         require(
             self.omega_b > 0.0 && self.omega_b < self.omega_m,
             "omega_b",

@@ -57,8 +57,12 @@ impl Instrument {
             "positive",
         )?;
         require(self.exposure_s > 0.0, "instrument.exposure_s", self.exposure_s, "positive")?;
-        require(true, "instrument.zero_point_mag", self.zero_point_mag, "finite")?;
-        require(true, "instrument.sky_mag_arcsec2", self.sky_mag_arcsec2, "finite")?;
+        for (name, magnitude) in [
+            ("instrument.zero_point_mag", self.zero_point_mag),
+            ("instrument.sky_mag_arcsec2", self.sky_mag_arcsec2),
+        ] {
+            require((-100.0..=100.0).contains(&magnitude), name, magnitude, "from -100 to 100")?;
+        }
         require(self.read_noise_e >= 0.0, "instrument.read_noise_e", self.read_noise_e, "zero or positive")?;
         require(
             self.psf_fwhm_arcsec >= 0.0,
@@ -71,6 +75,14 @@ impl Instrument {
             "instrument.psf_truncation_sigma",
             self.psf_truncation_sigma,
             "positive",
+        )?;
+        let sigma_pixels =
+            self.psf_fwhm_arcsec / (8.0 * std::f64::consts::LN_2).sqrt() / self.pixel_scale_arcsec;
+        require(
+            self.psf_truncation_sigma * sigma_pixels <= 4096.0,
+            "instrument.psf_fwhm_arcsec",
+            self.psf_fwhm_arcsec,
+            "such that psf_truncation_sigma standard deviations are at most 4096 pixels",
         )
     }
 

@@ -96,6 +96,8 @@ pub(super) fn place_error(path: &Path, error: io::Error) -> Error {
 pub(super) fn name_in_error(error: Error, path: &Path) -> Error {
     match error {
         Error::Write { problem, .. } => Error::write(path, problem),
+        Error::Table { place, problem, .. } => Error::table(path, place, problem),
+        Error::Format { problem, .. } => Error::format(path, problem),
         other => other,
     }
 }
@@ -139,6 +141,9 @@ mod tests {
             )
         );
         assert!(!error.is_bad_input());
+        let refuse = |temporary: &Path| Err(Error::table(temporary, "column γ", "not ASCII"));
+        let error = write_atomically(&path, refuse).unwrap_err().to_string();
+        assert_eq!(error, format!("{}: column γ: not ASCII", path.display()));
         assert_eq!(names_in(folder.path()), ["haloes.csv"]);
         assert_eq!(fs::read_to_string(&path).unwrap(), "former");
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::provenance::Provenance;
 use super::table::{Column, HALOES_GROUP, Table, Values};
 use crate::cosmology::Background;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shortest};
 use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
 
 /// The columns that mean something; all others are a user's own and are kept.
@@ -55,7 +55,11 @@ pub fn read_haloes(path: &Path, z_source: f64, background: &Background) -> Resul
     let mut haloes =
         HaloCatalogue::new(z_source, background, column("z")?, theta, masses).map_err(|fault| {
             let place = format!("{}, column {}", table.place_of(fault.row), fault.column);
-            Error::table(path, place, format!("{} is not allowed; must be {}", fault.value, fault.allowed))
+            Error::table(
+                path,
+                place,
+                format!("{} is not allowed; must be {}", shortest(fault.value), fault.allowed),
+            )
         })?;
     haloes.r_trunc_arcsec = truncation_radii(path, &table)?;
     if by_angles && let (Some(m), Some(c)) = (&m200c_msun, &c200c) {

@@ -80,7 +80,7 @@ pub(super) fn write_f64(
         let what = format!("the number of values for dataset {name}");
         return Err(Error::out_of_range(&what, data.len(), &format!("that of the shape {shape:?}")));
     }
-    refuse_second(path, group, name)?;
+    refuse_name(path, group, name)?;
     let mut builder = group.new_dataset_builder().obj_track_times(false);
     if !data.is_empty() {
         builder = builder.chunk(chunk_shape(shape)).shuffle().deflate(DEFLATE_LEVEL);
@@ -98,8 +98,12 @@ pub(super) fn write_f64(
         .map_err(|error| Error::write(path, format!("dataset {name}: {}", reason(&error))))
 }
 
-/// Names a doubled dataset; HDF5's own reason is lost when creation fails.
-fn refuse_second(path: &Path, group: &Group, name: &str) -> Result<()> {
+/// Names a doubled dataset, since HDF5's own reason is lost when creation fails, and a name that would be a path.
+fn refuse_name(path: &Path, group: &Group, name: &str) -> Result<()> {
+    if name.contains('/') || name == "." {
+        let problem = "HDF5 cannot hold '/' in a name; rename the column or write .csv";
+        return Err(Error::table(path, format!("column {name}"), problem));
+    }
     if group.link_exists(name) {
         return Err(Error::write(path, format!("dataset {name} exists already in {}", group.name())));
     }
@@ -121,7 +125,7 @@ fn chunk_shape(shape: &[usize]) -> Vec<usize> {
 /// Writes text, one value a row, as UTF-8 of fixed length; only texts over [`LONGEST_FIXED`] bytes
 /// are stored with variable length, which libhdf5 1.10 can crash on when the file is damaged.
 pub(super) fn write_text(path: &Path, group: &Group, name: &str, text: &[String]) -> Result<Dataset> {
-    refuse_second(path, group, name)?;
+    refuse_name(path, group, name)?;
     let width = text.iter().map(String::len).max().unwrap_or(0).max(1);
     let is_fixed = width <= LONGEST_FIXED;
     let kind = if is_fixed { TypeDescriptor::FixedUnicode(width) } else { TypeDescriptor::VarLenUnicode };

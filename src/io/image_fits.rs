@@ -7,7 +7,7 @@ use fitskit::{Hdu, HduData, Header, HeaderValue, ImageData, PixelData};
 use super::Provenance;
 use super::atomic_file::write_atomically;
 use super::fits_file as fits;
-use super::image_wcs::{pixel_scale_arcsec, push_wcs};
+use super::image_wcs::{pixel_scale_arcsec as scale_of, push_wcs};
 use crate::error::{Error, Result, require};
 
 /// What the header says about the exposure; a keyword that is absent is `None`.
@@ -99,7 +99,7 @@ impl ImageFile {
         for (name, _, value) in keywords.named() {
             *value = fits::number(path, &unit.header, name)?;
         }
-        let pixel_scale_arcsec = pixel_scale_arcsec(path, &unit.header)?;
+        let pixel_scale_arcsec = scale_of(path, &unit.header)?;
         Ok(Self { data, nx, ny, pixel_scale_arcsec, keywords, psf, mask })
     }
 
@@ -217,6 +217,32 @@ fn read_mask(path: &Path, unit: &Hdu, (nx, ny): (usize, usize)) -> Result<Vec<bo
     }
 }
 
+impl PsfKernel {
+    /// Reads a kernel that lies on pixels of `pixel_scale_arcsec`: the extension `PSF` or, without one, the first image.
+    ///
+    /// # Errors
+    /// [`Error::Read`], or [`Error::Format`] for a value that is not finite or a stated pixel scale that differs.
+    pub fn read(path: &Path, pixel_scale_arcsec: f64) -> Result<Self> {
+        /// Pixel scales that differ by less than this are equal but for rounding.
+        const SCALE_TOLERANCE: f64 = 1e-3;
+        let units = fits::read(path)?;
+        let named = units.iter().find(|unit| fits::is_called(unit, "PSF"));
+        let unit = named.or_else(|| units.iter().find(|unit| matches!(&unit.data, HduData::Image(_))));
+        let Some(unit) = unit else { return Err(Error::format(path, "holds no image")) };
+        let has_scale = ["CDELT1", "CD1_1", "PIXSCALE"].iter().any(|name| unit.header.find(name).is_some());
+        if has_scale {
+            let stated = scale_of(path, &unit.header)?;
+            if (stated / pixel_scale_arcsec - 1.0).abs() > SCALE_TOLERANCE {
+                let problem = format!(
+                    "the PSF has pixels of {stated} arcsec, but must have those of the image, {pixel_scale_arcsec} arcsec"
+                );
+                return Err(Error::format(path, problem));
+            }
+        }
+        read_psf(path, unit)
+    }
+}
+
 fn read_psf(path: &Path, unit: &Hdu) -> Result<PsfKernel> {
     let (data, nx, ny) = pixels(path, unit, "PSF")?;
     match data.iter().find(|value| !value.is_finite()) {
@@ -324,6 +350,22 @@ mod tests {
             "MASK holds 2; allowed: 1 = use the pixel, 0 = do not"
         );
         assert_eq!(fault(|units| *units = vec![Hdu::primary_empty()]), "holds no image");
+    }
+
+    #[test]
+    fn a_kernel_needs_no_pixel_scale_but_must_not_state_another() {
+        let (_folder, path) = write(&sample());
+        assert_eq!(Some(PsfKernel::read(&path, 0.1).unwrap()), sample().psf, "the extension is taken");
+        let (_second, path) = write(&ImageFile { psf: None, mask: None, ..sample() });
+        assert_eq!(PsfKernel::read(&path, 0.08).unwrap().data, sample().data);
+        let error = PsfKernel::read(&path, 0.1).unwrap_err().to_string();
+        assert!(
+            error.ends_with("pixels of 0.08 arcsec, but must have those of the image, 0.1 arcsec"),
+            "{error}"
+        );
+        let bare = Hdu::primary_image(image(3, 1, PixelData::F64(vec![1.0, 2.0, 1.0])));
+        fits::write(&path, vec![bare]).unwrap();
+        assert_eq!(PsfKernel::read(&path, 0.1).unwrap().data, [1.0, 2.0, 1.0]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! A whole folder of outputs: staged in a hidden folder inside it, renamed only when all are complete.
 
 use std::fs::{self, File};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
@@ -34,6 +35,10 @@ impl Staging {
     /// [`Error::OutputPlace`] when `final_dir` cannot be created or written to.
     pub fn begin(final_dir: &Path) -> Result<Self> {
         let made_final_dir = !final_dir.is_dir();
+        if final_dir.is_file() {
+            let source = io::Error::new(ErrorKind::NotADirectory, "it is a file; a folder is wanted");
+            return Err(Error::OutputPlace { path: final_dir.into(), source });
+        }
         if made_final_dir {
             fs::create_dir(final_dir).map_err(|error| place_error(final_dir, error))?;
         }
@@ -61,9 +66,14 @@ impl Staging {
         self.folder().join(name)
     }
 
+    /// What a staged output will be called, without a needless `./`.
+    fn target(&self, name: impl AsRef<Path>) -> PathBuf {
+        if self.final_dir == Path::new(".") { name.as_ref().into() } else { self.final_dir.join(name) }
+    }
+
     /// Writes one staged output; a folder in `name` is created, errors carry the final name.
     pub fn write(&self, name: impl AsRef<Path>, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-        let (path, target) = (self.path(&name), self.final_dir.join(&name));
+        let (path, target) = (self.path(&name), self.target(&name));
         fs::create_dir_all(folder_of(&path)).map_err(|error| Error::write(&target, error))?;
         write(&path).map_err(|error| name_in_error(error, &target))
     }
@@ -76,7 +86,7 @@ impl Staging {
     /// [`Error::Write`] when the disk is full; both before the first rename.
     pub fn commit(mut self) -> Result<Vec<PathBuf>> {
         let names = files_below(self.folder(), Path::new(""))?;
-        let targets: Vec<PathBuf> = names.iter().map(|name| self.final_dir.join(name)).collect();
+        let targets: Vec<PathBuf> = names.iter().map(|name| self.target(name)).collect();
         for (name, target) in names.iter().zip(&targets) {
             check_target(target)?;
             sync(&self.path(name)).map_err(|error| Error::write(target, error))?;

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::atomic_file::{check_writable, folder_of};
 use super::table::{Column, Table, Values, is_exact};
 use super::{Provenance, Staging};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shortest};
 
 /// Reads a CSV table: lines that start with `#` and empty lines are skipped; spaces around fields,
 /// CRLF and a byte-order mark are tolerated; double quotes may enclose a field.
@@ -143,12 +143,6 @@ fn write_rows(table: &Table, path: &Path) -> csv::Result<()> {
     }
     writer.into_inner().map_err(|error| error.into_error())?.flush()?;
     Ok(())
-}
-
-/// The shortest decimal that reads back to the same bits: `0.5`, `17`, `6.2e-9`.
-fn shortest(value: f64) -> String {
-    let text = format!("{value:?}");
-    text.strip_suffix(".0").map_or(text.clone(), String::from)
 }
 
 #[cfg(test)]

@@ -95,19 +95,30 @@ fn trimmed(cell: &[u8]) -> String {
     String::from_utf8_lossy(&cell[..end]).trim_end().into()
 }
 
+/// Characters of a text on one header card, quotes doubled.
+const NAME_LENGTH_MAX: usize = 68;
+
 /// Writes the table as the one extension of a new file at `path`.
 pub(super) fn write(table: &Table, path: &Path, group: &str, provenance: &Provenance) -> Result<()> {
     let mut columns = Vec::new();
     for column in table.columns() {
+        let refuse = |problem| Err(Error::table(path, format!("column {}", column.name), problem));
+        let not_ascii =
+            |text: &str| format!("FITS cannot hold {text:?}, only plain ASCII; write .h5 or .csv");
+        if !is_printable_ascii(&column.name) {
+            return refuse(not_ascii(&column.name));
+        }
+        if column.name.len() + column.name.matches('\'').count() > NAME_LENGTH_MAX {
+            return refuse(format!(
+                "FITS cannot hold names over {NAME_LENGTH_MAX} characters; write .h5 or .csv"
+            ));
+        }
         let format = match &column.values {
             Values::F64(_) => BinColumnType::D64(1),
-            Values::Text(text) => {
-                if let Some(bad) = text.iter().chain([&column.name]).find(|text| !is_printable_ascii(text)) {
-                    let problem = format!("FITS cannot hold {bad:?}, only plain ASCII; write .h5 or .csv");
-                    return Err(Error::table(path, format!("column {}", column.name), problem));
-                }
-                BinColumnType::Char(text.iter().map(String::len).max().unwrap_or(0).max(1))
-            }
+            Values::Text(text) => match text.iter().find(|text| !is_printable_ascii(text)) {
+                Some(bad) => return refuse(not_ascii(bad)),
+                None => BinColumnType::Char(text.iter().map(String::len).max().unwrap_or(0).max(1)),
+            },
         };
         let (name, tunit) = (column.name.clone(), column.unit.clone());
         columns.push(BinColumn { name, format, tscal: 1.0, tzero: 0.0, tunit });
@@ -231,12 +242,25 @@ mod tests {
     }
 
     #[test]
-    fn text_that_fits_cannot_hold_is_refused() {
-        let table = Table::new(vec![Column::text("label", vec!["γ".into()])]).unwrap();
-        let error = write(&table, Path::new("t.fits"), "haloes", &Provenance::new(None, "")).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "t.fits: column label: FITS cannot hold \"γ\", only plain ASCII; write .h5 or .csv"
-        );
+    fn text_and_names_that_fits_cannot_hold_are_refused() {
+        let long = "n".repeat(69);
+        for (column, problem) in [
+            (
+                Column::text("label", vec!["γ".into()]),
+                "column label: FITS cannot hold \"γ\", only plain ASCII; write .h5 or .csv".to_string(),
+            ),
+            (
+                Column::f64("γ", None, vec![1.0]),
+                "column γ: FITS cannot hold \"γ\", only plain ASCII; write .h5 or .csv".to_string(),
+            ),
+            (
+                Column::f64(&long, None, vec![1.0]),
+                format!("column {long}: FITS cannot hold names over 68 characters; write .h5 or .csv"),
+            ),
+        ] {
+            let table = Table::new(vec![column]).unwrap();
+            let error = write(&table, Path::new("t.fits"), "haloes", &Provenance::new(None, "")).unwrap_err();
+            assert_eq!(error.to_string(), format!("t.fits: {problem}"));
+        }
     }
 }

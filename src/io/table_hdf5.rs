@@ -141,6 +141,14 @@ mod tests {
     }
 
     #[test]
+    fn a_name_that_hdf5_would_take_for_a_path_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = Table::new(vec![Column::f64("flux/noise", None, vec![1.0])]).unwrap();
+        let error = write(&table, &folder.path().join("t.h5"), "haloes", &provenance()).unwrap_err();
+        assert!(error.is_bad_input() && error.to_string().contains("column flux/noise"), "{error}");
+    }
+
+    #[test]
     fn root_datasets_serve_where_the_group_is_missing() {
         let (_folder, path) = foreign(&[("z", &[0.5]), ("x", &[1.0])]);
         assert_eq!(read(&path, "haloes").unwrap().required_f64(&path, "x").unwrap(), [1.0]);

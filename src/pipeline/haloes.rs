@@ -7,13 +7,17 @@ use super::progress::Progress;
 use crate::config::{Config, Draw, HALO_MASS_DEFINITION, HaloProfile};
 use crate::constants::ARCSEC_RAD;
 use crate::cosmology::{Background, LinearTheory};
-use crate::error::{Error, Result};
+use crate::diagnostics::HaloTidal;
+use crate::error::{Error, Result, require};
 use crate::halo::concentration::ConcentrationTable;
 use crate::halo::{
     DrawnHaloes, Epoch, HaloCatalogue, HaloMasses, Population, draw_brute_force, draw_direct,
     passes_shear_cut,
 };
 use crate::numerics::random::{Stage, stream};
+
+/// More haloes than this would not fit into the memory of most machines (about 100 bytes each).
+const EXPECTED_NUMBER_MAX: f64 = 1e8;
 
 /// The haloes of one line of sight and the population they were drawn from.
 #[derive(Debug, Clone)]
@@ -24,6 +28,8 @@ pub struct Haloes {
     pub population: Population,
     /// Haloes drawn before the cut; none when drawn directly or imported.
     pub number_drawn: Option<u64>,
+    /// Haloes left out because their own convergence on the axis exceeds `haloes.max_kappa`.
+    pub number_excluded: usize,
     /// The mass function at the frozen redshift or that of the lens.
     pub mass_function: MassFunctionCurve,
 }
@@ -63,10 +69,21 @@ pub fn populate(
     let population = Population::new(config.cosmology, z_source, settings.limits(), settings.epoch, dn_dlnm)?;
     let mass_function = MassFunctionCurve::sample(relation.name(), config, z_curve, dn_dlnm);
     let (catalogue, number_drawn) = match imported {
-        Some(catalogue) => (cut_imported(config, catalogue)?, None),
+        Some(catalogue) => (truncate(config, cut_imported(config, catalogue)?)?, None),
         None => draw(config, &linear, &population, realisation, progress)?,
     };
-    Ok(Haloes { catalogue, population, number_drawn, mass_function })
+    let before = catalogue.len();
+    let catalogue = leave_out_convergent(config, catalogue)?;
+    let number_excluded = before - catalogue.len();
+    Ok(Haloes { catalogue, population, number_drawn, number_excluded, mass_function })
+}
+
+/// Applies `haloes.max_kappa`.
+fn leave_out_convergent(config: &Config, catalogue: HaloCatalogue) -> Result<HaloCatalogue> {
+    let Some(limit) = config.haloes.max_kappa else { return Ok(catalogue) };
+    let tidal = HaloTidal::of(&catalogue, config.diagnostics.theta_e_arcsec)?;
+    let keep: Vec<bool> = tidal.kappa.iter().map(|kappa| *kappa <= limit).collect();
+    Ok(catalogue.select(&keep))
 }
 
 /// Linear theory of the configuration, in the h-units it asks for.
@@ -106,6 +123,15 @@ fn draw(
     realisation: u64,
     progress: &dyn Progress,
 ) -> Result<(HaloCatalogue, Option<u64>)> {
+    let expected = population.expected_number_kept();
+    require(
+        expected <= EXPECTED_NUMBER_MAX,
+        "the expected number of haloes",
+        expected.round(),
+        &format!(
+            "at most {EXPECTED_NUMBER_MAX:e}; raise haloes.min_point_shear or mass_min_msun, or lower radius_cmpc"
+        ),
+    )?;
     let (drawn, number_drawn) = match config.haloes.draw {
         Draw::Direct => {
             progress.begin("draw the haloes that pass the cut", None);
@@ -139,8 +165,13 @@ fn to_catalogue(
     };
     let theta = [angle(&drawn.x_cmpc), angle(&drawn.y_cmpc)];
     let masses = HaloMasses::Physical { m200c_msun: drawn.m200c_msun, c200c };
-    let catalogue = HaloCatalogue::new(config.line_of_sight.z_source, background, z, theta, masses)?;
+    truncate(config, HaloCatalogue::new(config.line_of_sight.z_source, background, z, theta, masses)?)
+}
+
+/// Truncates the haloes as configured, unless a catalogue brings radii of its own.
+fn truncate(config: &Config, catalogue: HaloCatalogue) -> Result<HaloCatalogue> {
     match (config.haloes.profile, config.haloes.truncation_over_r_s) {
+        _ if catalogue.r_trunc_arcsec.is_some() => Ok(catalogue),
         (HaloProfile::TruncatedNfw, Some(tau)) => catalogue.truncated_at(tau),
         (HaloProfile::Nfw, _) => Ok(catalogue),
         (HaloProfile::TruncatedNfw, None) => {

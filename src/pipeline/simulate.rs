@@ -28,8 +28,6 @@ pub struct Simulation {
     pub haloes: Haloes,
     /// Distortions each halo causes alone.
     pub halo_tidal: HaloTidal,
-    /// Haloes left out because their own convergence exceeded `haloes.max_kappa`.
-    pub number_excluded: usize,
     /// Shapes of lens and source.
     pub shapes: LensAndSource,
     /// Seen through all haloes.
@@ -50,17 +48,10 @@ pub fn simulate(
     realisation: u64,
     progress: &dyn Progress,
 ) -> Result<Simulation> {
-    let mut haloes = populate(config, inputs.catalogue, realisation, progress)?;
+    let haloes = populate(config, inputs.catalogue, realisation, progress)?;
 
     progress.begin("tidal variation of each halo", None);
-    let mut halo_tidal = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?;
-    let number_before = haloes.catalogue.len();
-    if let Some(limit) = config.haloes.max_kappa {
-        let keep: Vec<bool> = halo_tidal.kappa.iter().map(|kappa| *kappa <= limit).collect();
-        haloes.catalogue = haloes.catalogue.select(&keep);
-        halo_tidal = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?;
-    }
-    let number_excluded = number_before - haloes.catalogue.len();
+    let halo_tidal = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?;
     let in_tidal_regime = haloes.catalogue.select(&halo_tidal.within(config.diagnostics.delta_threshold));
     progress.end();
 
@@ -80,5 +71,5 @@ pub fn simulate(
     let maps = TidalMaps::of(&Tracked { mapping: &sight.observer_to_source(), progress }, config.maps);
     progress.end();
 
-    Ok(Simulation { config: config.clone(), haloes, halo_tidal, number_excluded, shapes, all, tidal, maps })
+    Ok(Simulation { config: config.clone(), haloes, halo_tidal, shapes, all, tidal, maps })
 }

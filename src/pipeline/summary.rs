@@ -62,7 +62,7 @@ impl Summary {
             number_drawn: run.haloes.number_drawn,
             expected_number_kept: drawn.then(|| run.haloes.population.expected_number_kept()),
             number_kept: run.all.number_of_haloes,
-            number_excluded_by_kappa: run.number_excluded,
+            number_excluded_by_kappa: run.haloes.number_excluded,
             number_beyond_tidal: run.all.number_of_haloes - run.tidal.number_of_haloes,
             largest_kappa_h: kappa.iter().copied().fold(0.0, f64::max),
             number_above_kappa_warning: kappa.iter().filter(|k| **k > warning).count(),

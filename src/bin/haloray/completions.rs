@@ -17,6 +17,5 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut crate::Cli::command(), "haloray", &mut script);
-    crate::print(&String::from_utf8_lossy(&script));
-    Ok(())
+    crate::print_result(&String::from_utf8_lossy(&script))
 }

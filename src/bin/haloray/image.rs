@@ -9,7 +9,7 @@ use haloray::pipeline::{self, LensAndSource, Progress, View, line_of_sight};
 use haloray::report::{exposure_figure, image_file};
 
 use crate::bars::Bars;
-use crate::settings::{Settings, imported_haloes, provenance, psf};
+use crate::settings::{Settings, check_not_an_input, imported_haloes, provenance, psf};
 
 /// Image the lens and source of the configuration through its haloes.
 ///
@@ -42,6 +42,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let single_file = args.output.extension().is_some_and(|e| e == "fits" || e == "fit");
     let staging = if single_file {
         check_writable(&args.output)?;
+        let inputs = [config.haloes.catalogue.as_deref(), config.instrument.psf_file.as_deref()];
+        check_not_an_input(&args.output, &inputs)?;
         None
     } else {
         Some(Staging::begin(&args.output)?)

@@ -16,8 +16,10 @@ mod summary;
 mod trace;
 
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use haloray::{Error, Result};
 
@@ -34,10 +36,11 @@ struct Cli {
     #[command(subcommand)]
     command: Command,
     /// Threads to use; all cores when left out. Results do not depend on it.
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
-    threads: Option<u64>,
+    #[arg(long, global = true, display_order = 900, allow_negative_numbers = true, value_name = "N")]
+    #[arg(value_parser = clap::builder::RangedI64ValueParser::<usize>::new().range(1..=1024))]
+    threads: Option<usize>,
     /// No progress bars and no summary.
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, display_order = 901)]
     quiet: bool,
 }
 
@@ -57,16 +60,30 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    match run(&cli) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => report(&error),
+    match Cli::try_parse() {
+        Err(refused) => report_arguments(&refused),
+        Ok(cli) => match run(&cli) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => report(&error),
+        },
     }
+}
+
+/// Help and version go to stdout; arguments that cannot be used are reported as every other error is.
+fn report_arguments(refused: &clap::Error) -> ExitCode {
+    if !refused.use_stderr() || refused.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        let _ = refused.print();
+        return ExitCode::from(if refused.use_stderr() { 2 } else { 0 });
+    }
+    let text = refused.render().to_string();
+    let text = text.trim_end().trim_end_matches("For more information, try '--help'.").trim_end();
+    let _ = writeln!(std::io::stderr(), "{text}\nhint: `--help` after the subcommand explains its arguments");
+    ExitCode::from(2)
 }
 
 fn run(cli: &Cli) -> Result<()> {
     if let Some(threads) = cli.threads {
-        let built = rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build_global();
+        let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         built.map_err(|e| Error::out_of_range("--threads", threads, &format!("possible here ({e})")))?;
     }
     let bars = bars::Bars::new(cli.quiet);
@@ -96,6 +113,12 @@ fn report(error: &Error) -> ExitCode {
 
 fn hint(error: &Error) -> &'static str {
     match error {
+        Error::OutOfRange { what, .. } if what.starts_with("--") => {
+            "`--help` after the subcommand explains its arguments"
+        }
+        Error::Config { problem, .. } if problem.contains("not calibrated for the mass definition") => {
+            "sheth99 and press74 go with mass_definition = \"fof\", tinker08 with \"200c\""
+        }
         Error::Config { .. } | Error::OutOfRange { .. } | Error::MassDefinition { .. } => {
             "`haloray schema` lists every key of a configuration with its unit and meaning"
         }
@@ -103,8 +126,16 @@ fn hint(error: &Error) -> &'static str {
             "a halo table has z,theta_x_arcsec,theta_y_arcsec and r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c; \
              a points table has theta_x_arcsec,theta_y_arcsec"
         }
+        Error::Format { problem, .. } if problem.contains("PSF") => {
+            "a PSF kernel is a square FITS image of odd size, on pixels as large as those of the image"
+        }
+        Error::Format { problem, .. } if problem.contains("truncated") => {
+            "the file is damaged; make or copy it again"
+        }
         Error::Format { .. } => "tables are .csv, .h5 or .fits files; images are .fits files",
-        Error::Read { .. } => "check the path and its permissions",
+        Error::Read { .. } => {
+            "check the path and its permissions; files named in a configuration are looked for beside it"
+        }
         Error::OutputPlace { .. } => {
             "choose another place with -o; its parent folder must exist and be writable"
         }
@@ -113,7 +144,18 @@ fn hint(error: &Error) -> &'static str {
     }
 }
 
-/// Writes to stdout; a reader that closed the pipe (`| head`) is not an error.
+/// Prints what a person reads beside the files of a run; its loss is no reason to call the run failed.
 fn print(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    let _ = print_result(text);
+}
+
+/// Writes a result to stdout; a reader that closed the pipe (`| head`) has what it wanted.
+fn print_result(text: &str) -> Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::write(Path::new("standard output"), error))
+        }
+        _ => Ok(()),
+    }
 }

@@ -9,7 +9,7 @@ use haloray::pipeline::{self, Progress, Tracked, line_of_sight};
 use haloray::report::map_figures;
 
 use crate::bars::Bars;
-use crate::settings::{Settings, imported_haloes, provenance};
+use crate::settings::{Settings, check_not_an_input, imported_haloes, named, provenance};
 
 /// Map κ, γ1, γ2, ω, |F|, |G| and Δ of the haloes on a grid (main lens excluded).
 ///
@@ -25,10 +25,11 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     haloes: Option<PathBuf>,
     /// Nodes a side, instead of the configuration's.
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    #[arg(value_parser = clap::builder::RangedI64ValueParser::<usize>::new().range(2..=2048))]
     grid_points: Option<usize>,
     /// Largest |θ_x| and |θ_y| of the grid, instead of the configuration's.
-    #[arg(long, value_name = "ARCSEC")]
+    #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC")]
     half_width_arcsec: Option<f64>,
     /// Folder for maps.h5 and the figures, or one file ending in .h5 for the maps alone.
     #[arg(long, short, value_name = "DIR|FILE.h5")]
@@ -40,12 +41,13 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     config.haloes.catalogue = args.haloes.clone().or(config.haloes.catalogue);
     config.maps.points = args.grid_points.unwrap_or(config.maps.points);
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
-    config.validate()?;
+    config.validate().map_err(|error| named(error, &[("maps.half_width_arcsec", "--half-width-arcsec")]))?;
     let imported = imported_haloes(&config)?;
     let provenance = provenance(&config)?;
     let single_file = args.output.extension().is_some_and(|e| e == "h5" || e == "hdf5");
     let staging = if single_file {
         check_writable(&args.output)?;
+        check_not_an_input(&args.output, &[config.haloes.catalogue.as_deref()])?;
         None
     } else {
         Some(Staging::begin(&args.output)?)

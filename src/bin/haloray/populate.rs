@@ -7,8 +7,8 @@ use haloray::io::{Table, write_haloes};
 use haloray::pipeline;
 
 use crate::bars::Bars;
-use crate::settings::{Settings, imported_haloes, provenance};
-use crate::summary::grouped;
+use crate::settings::{Settings, check_not_an_input, imported_haloes, provenance};
+use crate::summary::{counted, grouped};
 
 /// Draw the haloes of a line of sight and write them as a table.
 ///
@@ -30,12 +30,13 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
     let imported = imported_haloes(&config)?;
     Table::check_target(&args.output)?;
+    check_not_an_input(&args.output, &[config.haloes.catalogue.as_deref()])?;
     let haloes = pipeline::populate(&config, imported, 0, bars)?;
     bars.stage("write table", || write_haloes(&haloes.catalogue, &args.output, &provenance(&config)?))?;
     if !bars.is_quiet() {
         let drawn = haloes.number_drawn.map_or(String::new(), |n| format!(" of {} drawn", grouped(n as f64)));
-        let kept = grouped(haloes.catalogue.len() as f64);
-        crate::print(&format!("{kept} haloes{drawn} written to {}\n", args.output.display()));
+        let kept = counted(haloes.catalogue.len(), "halo", "haloes");
+        crate::print(&format!("{kept}{drawn} written to {}\n", args.output.display()));
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! The arguments that choose a configuration, shared by the subcommands that need one.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -9,7 +10,7 @@ use haloray::config::{self, Config, Draw};
 use haloray::cosmology::Background;
 use haloray::halo::HaloCatalogue;
 use haloray::imaging::Psf;
-use haloray::io::{ImageFile, Provenance, read_haloes};
+use haloray::io::{Provenance, PsfKernel, read_haloes};
 
 /// Which configuration to use.
 #[derive(clap::Args)]
@@ -21,11 +22,17 @@ pub struct Settings {
     #[arg(long, value_enum, default_value_t = Preset::Paper)]
     preset: Preset,
     /// Seed of everything random, instead of the configuration's.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    #[arg(value_parser = seed)]
     seed: Option<u64>,
     /// How haloes are drawn, instead of the configuration's.
     #[arg(long, value_enum)]
     draw: Option<DrawArg>,
+}
+
+fn seed(text: &str) -> std::result::Result<u64, String> {
+    let seed = text.parse::<i64>().ok().and_then(|seed| u64::try_from(seed).ok());
+    seed.ok_or(format!("must be a whole number from 0 to {}", i64::MAX))
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -79,17 +86,39 @@ impl Settings {
 #[derive(clap::Args)]
 pub struct Cosmology {
     /// Hubble constant of the distances.
-    #[arg(long, value_name = "KM/S/MPC", default_value_t = 67.4)]
+    #[arg(long, allow_negative_numbers = true, value_name = "KM/S/MPC", default_value_t = 67.4)]
     h0_km_s_mpc: f64,
     /// Matter density of the distances (flat ΛCDM).
-    #[arg(long, value_name = "OMEGA", default_value_t = 0.315)]
+    #[arg(long, allow_negative_numbers = true, value_name = "OMEGA", default_value_t = 0.315)]
     omega_m: f64,
 }
 
 impl Cosmology {
     pub fn background(&self) -> Result<Background> {
         Background::new(self.h0_km_s_mpc, self.omega_m)
+            .map_err(|error| named(error, &[("h0_km_s_mpc", "--h0-km-s-mpc"), ("omega_m", "--omega-m")]))
     }
+}
+
+/// The error with a key called by the option that set it.
+pub fn named(error: Error, options: &[(&str, &str)]) -> Error {
+    match error {
+        Error::OutOfRange { what, value, allowed } => {
+            let option = options.iter().find(|(key, _)| *key == what);
+            Error::OutOfRange { what: option.map_or(what.clone(), |(_, o)| o.to_string()), value, allowed }
+        }
+        other => other,
+    }
+}
+
+/// Refuses to replace one of the files that the command reads.
+pub fn check_not_an_input(output: &Path, inputs: &[Option<&Path>]) -> Result<()> {
+    let Ok(target) = output.canonicalize() else { return Ok(()) };
+    if inputs.iter().flatten().any(|input| input.canonicalize().is_ok_and(|input| input == target)) {
+        let source = io::Error::new(io::ErrorKind::AlreadyExists, "it is an input of this command");
+        return Err(Error::OutputPlace { path: output.into(), source });
+    }
+    Ok(())
 }
 
 /// What every output of a configured run stores.
@@ -101,15 +130,20 @@ pub fn provenance(config: &Config) -> Result<Provenance> {
 
 /// The imported catalogue of a configuration, if it names one.
 pub fn imported_haloes(config: &Config) -> Result<Option<HaloCatalogue>> {
-    let path = config.haloes.catalogue.as_deref();
-    path.map(|path| read_haloes(path, config.line_of_sight.z_source, &config.cosmology)).transpose()
+    let Some(path) = config.haloes.catalogue.as_deref() else { return Ok(None) };
+    let haloes = read_haloes(path, config.line_of_sight.z_source, &config.cosmology)?;
+    if config.haloes.cut_imported && haloes.m200c_msun.is_none() {
+        let problem = "is missing, but haloes.cut_imported = true needs the masses";
+        return Err(Error::table(path, "column m200c_msun", problem));
+    }
+    Ok(Some(haloes))
 }
 
 /// The PSF of a configuration: Gaussian, or the kernel in its file.
 pub fn psf(config: &Config) -> Result<Psf> {
     let instrument = &config.instrument;
     match &instrument.psf_file {
-        Some(path) => kernel(path),
+        Some(path) => kernel(path, instrument.pixel_scale_arcsec),
         None => Psf::gaussian(
             instrument.psf_fwhm_arcsec,
             instrument.psf_truncation_sigma,
@@ -118,7 +152,7 @@ pub fn psf(config: &Config) -> Result<Psf> {
     }
 }
 
-fn kernel(path: &Path) -> Result<Psf> {
-    let image = ImageFile::read(path)?;
-    Psf::kernel(image.nx, image.ny, image.data).map_err(|error| Error::format(path, error.to_string()))
+fn kernel(path: &Path, pixel_scale_arcsec: f64) -> Result<Psf> {
+    let kernel = PsfKernel::read(path, pixel_scale_arcsec)?;
+    Psf::kernel(kernel.nx, kernel.ny, kernel.data).map_err(|error| Error::format(path, error.to_string()))
 }

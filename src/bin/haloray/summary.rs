@@ -40,15 +40,16 @@ fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) ->
         run.config.diagnostics.delta_threshold,
         run.config.diagnostics.theta_e_arcsec,
     )?;
-    writeln!(text, "             largest κ_h on the axis {:.4}", summary.largest_kappa_h)?;
+    writeln!(text, "             largest κ_h on the axis {}", plain(summary.largest_kappa_h))?;
     if summary.number_excluded_by_kappa > 0 {
         writeln!(text, "             {} left out by haloes.max_kappa", summary.number_excluded_by_kappa)?;
     }
     if summary.number_above_kappa_warning > 0 {
         writeln!(
             text,
-            "warning      {} haloes have κ_h > {} on the axis; haloes.max_kappa leaves such haloes out",
-            summary.number_above_kappa_warning, run.config.diagnostics.kappa_warning
+            "warning      {} with κ_h > {} on the axis; haloes.max_kappa leaves such haloes out",
+            counted(summary.number_above_kappa_warning, "halo", "haloes"),
+            run.config.diagnostics.kappa_warning
         )?;
     }
     Ok(())
@@ -66,7 +67,7 @@ fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::
     for (label, name) in
         [("κ_os", "kappa_os"), ("κ_LOS", "kappa_los"), ("ω_os", "omega_os"), ("Δ_tot", "delta_tot")]
     {
-        writeln!(text, "{label:<13}{:^24}{:^24}", plain(all, name), plain(tidal, name))?;
+        writeln!(text, "{label:<13}{:^24}{:^24}", plain(all.get(name)), plain(tidal.get(name)))?;
     }
     Ok(())
 }
@@ -76,9 +77,13 @@ fn shear(quantities: &Quantities, name: &str) -> String {
     format!("{:+.5} {:+.5}i", part(1), part(2))
 }
 
-fn plain(quantities: &Quantities, name: &str) -> String {
-    let value = quantities.get(name);
-    if value.abs() < 1e-3 { format!("{value:+.2e}") } else { format!("{value:+.5}") }
+fn plain(value: f64) -> String {
+    match value.abs() {
+        size if size.is_nan() => "undefined".into(), // Δ_tot without shear
+        0.0 => "0".into(),
+        1e-3..1e6 => format!("{value:+.5}"),
+        _ => format!("{value:+.2e}"),
+    }
 }
 
 fn ending(text: &mut String, seconds: &[(String, f64)], files: &[PathBuf]) -> std::fmt::Result {
@@ -91,6 +96,11 @@ fn ending(text: &mut String, seconds: &[(String, f64)], files: &[PathBuf]) -> st
         writeln!(text, "{}{}", if i == 0 { "\nfiles        " } else { "             " }, file.display())?;
     }
     Ok(())
+}
+
+/// A count and what is counted: 1 halo, 34,808 haloes.
+pub fn counted(number: usize, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(number as f64), if number == 1 { one } else { many })
 }
 
 /// A count with thousands separated: 10,642,020.
@@ -108,9 +118,19 @@ pub fn grouped(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
     #[test]
-    fn thousands_are_grouped() {
-        assert_eq!(super::grouped(10_642_020.4), "10,642,020");
-        assert_eq!(super::grouped(999.0), "999");
+    fn thousands_are_grouped_and_one_is_singular() {
+        assert_eq!(grouped(10_642_020.4), "10,642,020");
+        assert_eq!(grouped(999.0), "999");
+        assert_eq!(counted(1, "halo", "haloes"), "1 halo");
+        assert_eq!(counted(34_808, "halo", "haloes"), "34,808 haloes");
+    }
+
+    #[test]
+    fn sizes_that_no_lens_has_stay_short() {
+        let shown = [0.00273, 2.11e-4, 0.0, f64::NAN, f64::INFINITY, 1e94].map(plain);
+        assert_eq!(shown, ["+0.00273", "+2.11e-4", "0", "undefined", "+inf", "+1.00e94"]);
     }
 }

@@ -12,7 +12,8 @@ use haloray::mapping::{Mapping, Order};
 use haloray::pipeline::{Progress, Tracked};
 
 use crate::bars::Bars;
-use crate::settings::Cosmology;
+use crate::settings::{Cosmology, check_not_an_input};
+use crate::summary::counted;
 
 /// Trace rays through a halo table, one plane a halo.
 ///
@@ -32,7 +33,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     points: PathBuf,
     /// Redshift of the source; all haloes must be nearer.
-    #[arg(long, value_name = "Z")]
+    #[arg(long, allow_negative_numbers = true, value_name = "Z")]
     z_source: f64,
     /// Table to write: .csv, .h5 or .fits.
     #[arg(long, short, value_name = "FILE")]
@@ -41,16 +42,17 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = SheetArg::OnAxis)]
     sheets: SheetArg,
     /// `exact`, or the largest error of β allowed, in arcsec. The exact recursion runs for both: it meets any.
-    #[arg(long, value_name = "exact|ARCSEC", default_value = "exact")]
+    #[arg(long, allow_negative_numbers = true, value_name = "exact|ARCSEC", default_value = "exact")]
     accuracy: Accuracy,
     /// Derivatives to add: 0 none, 1 the Jacobian, 2 also second derivatives.
-    #[arg(long, value_name = "0|1|2", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2))]
+    #[arg(long, allow_negative_numbers = true, value_name = "0|1|2", default_value_t = 0)]
+    #[arg(value_parser = clap::value_parser!(u8).range(0..=2))]
     order: u8,
     /// Start from this redshift instead of the observer, about the ray seen on the axis.
-    #[arg(long, value_name = "Z")]
+    #[arg(long, allow_negative_numbers = true, value_name = "Z")]
     from_z: Option<f64>,
     /// Stop at this redshift instead of the source.
-    #[arg(long, value_name = "Z")]
+    #[arg(long, allow_negative_numbers = true, value_name = "Z")]
     to_z: Option<f64>,
     /// Also add delay_days, the arrival-time delay against the straight path to the same β.
     #[arg(long)]
@@ -84,16 +86,12 @@ impl FromStr for Accuracy {
 }
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    require(
-        args.z_source > 0.0 && args.z_source <= 1100.0,
-        "--z-source",
-        args.z_source,
-        "above 0 and at most 1100",
-    )?;
+    check_redshifts(args)?;
     let background = args.cosmology.background()?;
     let haloes = read_haloes(&args.haloes, args.z_source, &background)?;
     let points = read_points(&args.points)?;
     Table::check_target(&args.output)?;
+    check_not_an_input(&args.output, &[Some(&args.haloes), Some(&args.points)])?;
     let sheets = match args.sheets {
         SheetArg::OnAxis => Sheets::OnAxis,
         SheetArg::None => Sheets::None,
@@ -111,10 +109,25 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     }
     bars.stage("write table", || table.write(&args.output, RAYS_GROUP, &Provenance::new(None, "")))?;
     if !bars.is_quiet() {
-        let (rays, planes) = (points.theta_arcsec.len(), sight.len());
-        crate::print(&format!("{rays} rays through {planes} planes written to {}\n", args.output.display()));
+        let rays = counted(points.theta_arcsec.len(), "ray", "rays");
+        let planes = counted(sight.len(), "plane", "planes");
+        crate::print(&format!("{rays} through {planes} written to {}\n", args.output.display()));
     }
     Ok(())
+}
+
+fn check_redshifts(args: &Args) -> Result<()> {
+    let (source, end) = (args.z_source, args.to_z.unwrap_or(args.z_source));
+    require(source > 0.0 && source <= 1100.0, "--z-source", source, "above 0 and at most 1100")?;
+    let allowed = format!("above 0 and at most --z-source = {source}");
+    require(end > 0.0 && end <= source, "--to-z", end, &allowed)?;
+    match args.from_z {
+        None => Ok(()),
+        Some(from) => {
+            let allowed = format!("above 0 and below the redshift where the rays end, {end}");
+            require(from > 0.0 && from < end, "--from-z", from, &allowed)
+        }
+    }
 }
 
 fn segment<'a>(args: &Args, sight: &'a LineOfSight) -> Result<Segment<'a>> {

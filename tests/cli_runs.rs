@@ -1,0 +1,219 @@
+//! The commands as a user runs them, end to end: what they write, print, repeat and explain.
+
+#[path = "support/cli.rs"]
+mod cli;
+#[path = "support/runs.rs"]
+mod runs;
+
+use std::fs;
+
+use haloray::io::{ImageFile, Table};
+use runs::{SMALL, folder, numbers, succeeds};
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_for_every_number_of_threads() {
+    let folders = [folder(), folder()];
+    for (folder, threads) in folders.iter().zip(["--threads 1", "--threads 2"]) {
+        for command in [
+            "simulate small.toml -o run",
+            "map small.toml --preset consistent -o maps",
+            "image small.toml --preset consistent -o image",
+        ] {
+            succeeds(folder, &format!("{command} {threads}"));
+        }
+    }
+    let [one, two] = folders.map(|folder| folder.files());
+    assert!(one.keys().eq(two.keys()));
+    for (name, bytes) in &one {
+        assert!(bytes == &two[name], "{} depends on the number of threads", name.display());
+    }
+}
+
+#[test]
+fn simulate_writes_everything_it_promises_and_nothing_else() {
+    let folder = folder();
+    let printed = succeeds(&folder, "simulate small.toml -o run");
+    let figures = ["cylinder", "flexion_maps", "histograms", "images", "mass_function", "tidal_maps"];
+    let images = ["all_haloes", "all_haloes_noise_free", "tidal_haloes", "tidal_haloes_noise_free"];
+    let mut expected: Vec<String> =
+        ["figures", "run.h5", "summary.json", "config.toml"].map(String::from).into();
+    expected.extend(figures.iter().flat_map(|f| [format!("figures/{f}.svg"), format!("figures/{f}.png")]));
+    expected.extend(images.map(|name| format!("image_{name}.fits")));
+    expected.sort();
+    let files = folder.files();
+    let found: Vec<String> =
+        files.keys().filter_map(|f| Some(f.strip_prefix("run").ok()?.to_str()?.to_string())).collect();
+    let found: Vec<String> = found.into_iter().filter(|name| !name.is_empty()).collect();
+    assert_eq!(found, expected);
+    for name in expected.iter().filter(|name| *name != "figures") {
+        assert!(printed.contains(&format!("run/{name}\n")), "{name} is not listed:\n{printed}");
+    }
+
+    for name in images {
+        let path = folder.path(format!("run/image_{name}.fits"));
+        let image = ImageFile::read(&path).unwrap();
+        let k = image.keywords;
+        assert_eq!((image.nx, image.ny, k.exposure_time_s), (12, 12, Some(5400.0)));
+        assert!((k.background_rms_e_per_s.unwrap() / 0.005919973387690837 - 1.0).abs() < 1e-12);
+        assert_eq!((k.psf_fwhm_arcsec, k.psf_truncation_sigma), (Some(0.08), Some(5.0)));
+        assert_eq!((k.z_lens, k.z_source), (Some(0.5), Some(1.5)));
+        let header = String::from_utf8_lossy(&fs::read(&path).unwrap()[..11520]).to_string();
+        for keyword in ["CTYPE1  =", "CRPIX1  =", "BUNIT   =", "SEED    ="] {
+            assert!(header.contains(keyword), "{name} lacks {keyword}");
+        }
+    }
+}
+
+#[test]
+fn the_summary_has_the_documented_keys_and_agrees_with_the_run_file() {
+    let folder = folder();
+    succeeds(&folder, "simulate small.toml --seed 3 --draw brute-force -o run");
+    let summary = json(&fs::read_to_string(folder.path("run/summary.json")).unwrap());
+    assert_eq!(summary["seed"], 3);
+    assert_eq!(summary["expected_number_in_cylinder"].as_f64().unwrap().round(), 10_642_020.0);
+    let drawn = summary["number_drawn"].as_f64().unwrap();
+    assert!((drawn - 10_642_020.0).abs() < 5.0 * 10_642_020f64.sqrt(), "{drawn}");
+    for key in ["number_excluded_by_kappa", "number_above_kappa_warning", "largest_kappa_h"] {
+        assert!(summary[key].is_number(), "{key}");
+    }
+    let haloes = Table::read(&folder.path("run/run.h5"), "haloes").unwrap();
+    assert_eq!(summary["number_kept"], haloes.row_count());
+    let beyond = numbers(&haloes, "delta_h").iter().filter(|delta| **delta >= 0.1).count();
+    assert_eq!(summary["number_beyond_tidal"], beyond);
+    for view in ["all_haloes", "tidal_haloes"] {
+        for tensor in ["od", "os", "ds", "los", "los_linear"] {
+            for quantity in ["kappa", "gamma1", "gamma2", "omega"] {
+                assert!(summary[view][format!("{quantity}_{tensor}")].is_number());
+            }
+        }
+        for key in ["delta_tot", "F1_os_per_arcsec", "G2_ds_per_arcsec", "lens_centre_x_arcsec"] {
+            assert!(summary[view][key].is_number(), "{view} {key}");
+        }
+    }
+}
+
+#[test]
+fn a_stored_configuration_and_a_printed_preset_repeat_the_run() {
+    let folder = folder();
+    succeeds(&folder, "simulate small.toml -o first");
+    let stored = fs::read_to_string(folder.path("first/config.toml")).unwrap();
+    let printed = succeeds(&folder, "schema --preset paper");
+    let printed = printed
+        .replace("min_point_shear = 1e-6", "min_point_shear = 1e-5")
+        .replace("pixels = 64", "pixels = 12")
+        .replace("points = 101", "points = 9");
+    for (name, text, preset) in [("stored", stored, "consistent"), ("printed", printed, "paper")] {
+        // Keys that `consistent` lacks or leaves out are in the stored file, which is complete.
+        fs::write(folder.path("again.toml"), text).unwrap();
+        succeeds(&folder, &format!("simulate again.toml --preset {preset} -o {name}"));
+    }
+    let files = folder.files();
+    let run = |name: &str| -> Vec<_> {
+        let inside = |(file, bytes): (&std::path::PathBuf, &Vec<u8>)| {
+            Some((file.strip_prefix(name).ok()?.to_path_buf(), bytes.clone()))
+        };
+        files.iter().filter_map(inside).collect()
+    };
+    assert!(run("first").len() > 15);
+    assert!(run("stored") == run("first"), "config.toml");
+    assert!(run("printed") == run("first"), "schema --preset paper");
+}
+
+#[test]
+fn the_schema_names_and_explains_every_key_of_the_presets() {
+    let folder = folder();
+    let schema = json(&succeeds(&folder, "schema"));
+    let resolve = |value: &serde_json::Value| match value["$ref"].as_str() {
+        Some(reference) => schema.pointer(reference.trim_start_matches('#')).unwrap().clone(),
+        None => value.clone(),
+    };
+    for preset in ["paper", "consistent"] {
+        let table: toml::Table = succeeds(&folder, &format!("schema --preset {preset}")).parse().unwrap();
+        for (name, section) in table {
+            let described = &schema["properties"][&name];
+            assert!(described.is_object(), "{name}");
+            for key in section.as_table().into_iter().flat_map(|section| section.keys()) {
+                let property = &resolve(described)["properties"][key];
+                let text = property["description"].as_str().unwrap_or("");
+                assert!(!text.is_empty(), "{name}.{key} is not explained");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_line_of_sight_without_haloes_is_simulated_as_empty_space() {
+    let folder = folder();
+    fs::write(folder.path("none.toml"), SMALL.replace("1e-5", "1e9")).unwrap();
+    let printed = succeeds(&folder, "simulate none.toml -o run");
+    assert!(printed.contains("0 on the line of sight") && printed.contains("undefined"), "{printed}");
+    assert!(!printed.contains("NaN"), "{printed}");
+    let summary = json(&fs::read_to_string(folder.path("run/summary.json")).unwrap());
+    assert_eq!(summary["number_kept"], 0);
+    assert_eq!(summary["all_haloes"]["kappa_los"], 0.0);
+    assert!(summary["all_haloes"]["delta_tot"].is_null());
+    assert!(folder.path("run/figures/histograms.png").is_file());
+    succeeds(&folder, "map none.toml -o maps");
+    succeeds(&folder, "image none.toml -o image");
+}
+
+#[test]
+fn a_refused_run_leaves_an_earlier_one_as_it_was() {
+    let folder = folder();
+    succeeds(&folder, "simulate small.toml -o run");
+    fs::remove_file(folder.path("run/summary.json")).unwrap();
+    fs::create_dir(folder.path("run/summary.json")).unwrap();
+    let before = folder.files();
+    let command = "simulate small.toml --seed 2 -o run";
+    let wanted = ["cannot write to run/summary.json: it is a folder"];
+    folder.check_failure(2, &folder.haloray(command), command, &wanted);
+    assert!(folder.files() == before, "files of both runs are mixed");
+}
+
+#[test]
+fn quiet_commands_print_nothing() {
+    let folder = folder();
+    for command in [
+        "simulate small.toml -o run",
+        "populate small.toml -o haloes.csv",
+        "trace --haloes haloes.csv --points points.csv --z-source 1.5 -o rays.csv",
+        "map small.toml -o maps",
+        "image small.toml -o image.fits",
+    ] {
+        assert!(!succeeds(&folder, command).is_empty(), "{command}");
+        assert_eq!(succeeds(&folder, &format!("{command} --quiet")), "", "{command}");
+    }
+}
+
+#[test]
+fn help_teaches_by_example_and_names_units() {
+    let folder = folder();
+    assert_eq!(succeeds(&folder, "--version"), format!("haloray {}\n", env!("CARGO_PKG_VERSION")));
+    assert!(succeeds(&folder, "--help").contains("haloray simulate -o run"));
+    for (command, wanted) in [
+        ("simulate", "--seed"),
+        ("populate", "r_s_arcsec"),
+        ("trace", "per arcsec"),
+        ("map", "ARCSEC"),
+        ("image", "e⁻/s"),
+        ("schema", "--preset paper"),
+        ("completions", "bash"),
+    ] {
+        let help = succeeds(&folder, &format!("{command} --help"));
+        assert!(help.contains(wanted), "{help}");
+        assert!(help.contains("Example") && help.contains(&format!("  haloray {command}")), "{help}");
+    }
+    assert_eq!(folder.haloray("").status.code(), Some(2));
+}
+
+#[test]
+fn completions_know_the_subcommands() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = succeeds(&folder(), &format!("completions {shell}"));
+        assert!(script.contains("simulate") && script.contains("populate"), "{shell}");
+    }
+}
