@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use haloray::Result;
-use haloray::io::{Staging, check_writable, write_atomically};
+use haloray::io::write_atomically;
 use haloray::numerics::random::Stage;
 use haloray::pipeline::{self, LensAndSource, Progress, View, line_of_sight};
 use haloray::report::{exposure_figure, image_file};
+use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::settings::{Settings, check_not_an_input, imported_haloes, provenance, psf};
+use crate::output::{Output, print_files};
+use crate::settings::{Settings, imported_haloes, provenance, psf};
 
 /// Image the lens and source of the configuration through its haloes.
 ///
@@ -34,20 +35,16 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    let mut config = args.settings.resolve()?;
-    config.haloes.catalogue = args.haloes.clone().or(config.haloes.catalogue);
+    let config = args.settings.resolve_with(args.haloes.as_deref())?;
     let psf = psf(&config)?;
     let imported = imported_haloes(&config)?;
     let provenance = provenance(&config)?;
-    let single_file = args.output.extension().is_some_and(|e| e == "fits" || e == "fit");
-    let staging = if single_file {
-        check_writable(&args.output)?;
-        let inputs = [config.haloes.catalogue.as_deref(), config.instrument.psf_file.as_deref()];
-        check_not_an_input(&args.output, &inputs)?;
-        None
-    } else {
-        Some(Staging::begin(&args.output)?)
-    };
+    let inputs = [config.haloes.catalogue.as_deref(), config.instrument.psf_file.as_deref()];
+    let output = Output::begin(&args.output, &["fits", "fit"], &inputs)?;
+    if args.noise_free && matches!(output, Output::Folder(_)) {
+        let allowed = "left out with a folder as output, which holds both images";
+        return Err(Error::out_of_range("--noise-free", "given", allowed));
+    }
 
     let haloes = pipeline::populate(&config, imported, 0, bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
@@ -59,13 +56,13 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let exposure = &view.exposure;
     let fits =
         |pixels: &[f64], path: &Path| image_file(&config, &psf, exposure, pixels).write(path, &provenance);
-    let files = match staging {
-        None => {
+    let files = match output {
+        Output::File(file) => {
             let pixels = if args.noise_free { &exposure.noise_free_e_s } else { &exposure.noisy_e_s };
-            write_atomically(&args.output, |path| fits(pixels, path))?;
-            vec![args.output.clone()]
+            write_atomically(&file, |path| fits(pixels, path))?;
+            vec![file]
         }
-        Some(staging) => {
+        Output::Folder(staging) => {
             staging.write("image.fits", |path| fits(&exposure.noisy_e_s, path))?;
             staging.write("image_noise_free.fits", |path| fits(&exposure.noise_free_e_s, path))?;
             let figure = exposure_figure(exposure, config.instrument.background_rms_e_s());
@@ -73,8 +70,6 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             staging.commit()?
         }
     };
-    if !bars.is_quiet() {
-        crate::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
-    }
+    print_files(&files, bars);
     Ok(())
 }

@@ -6,6 +6,7 @@ mod distances;
 mod image;
 mod lens;
 mod map;
+mod output;
 mod populate;
 mod relations;
 mod schema;

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use haloray::Result;
 use haloray::diagnostics::TidalMaps;
-use haloray::io::{RunFile, Staging, check_writable, write_atomically, write_maps};
+use haloray::io::{RunFile, write_atomically, write_maps};
 use haloray::pipeline::{self, Progress, Tracked, line_of_sight};
 use haloray::report::map_figures;
 
 use crate::bars::Bars;
-use crate::settings::{Settings, check_not_an_input, imported_haloes, named, provenance};
+use crate::output::{Output, print_files};
+use crate::settings::{Settings, imported_haloes, named, provenance};
 
 /// Map κ, γ1, γ2, ω, |F|, |G| and Δ of the haloes on a grid (main lens excluded).
 ///
@@ -37,21 +38,13 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    let mut config = args.settings.resolve()?;
-    config.haloes.catalogue = args.haloes.clone().or(config.haloes.catalogue);
+    let mut config = args.settings.resolve_with(args.haloes.as_deref())?;
     config.maps.points = args.grid_points.unwrap_or(config.maps.points);
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
     config.validate().map_err(|error| named(error, &[("maps.half_width_arcsec", "--half-width-arcsec")]))?;
     let imported = imported_haloes(&config)?;
     let provenance = provenance(&config)?;
-    let single_file = args.output.extension().is_some_and(|e| e == "h5" || e == "hdf5");
-    let staging = if single_file {
-        check_writable(&args.output)?;
-        check_not_an_input(&args.output, &[config.haloes.catalogue.as_deref()])?;
-        None
-    } else {
-        Some(Staging::begin(&args.output)?)
-    };
+    let output = Output::begin(&args.output, &["h5", "hdf5"], &[config.haloes.catalogue.as_deref()])?;
 
     let haloes = pipeline::populate(&config, imported, 0, bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
@@ -64,12 +57,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         write_maps(&file, "maps", &maps)?;
         file.close()
     };
-    let files = match staging {
-        None => {
-            write_atomically(&args.output, write)?;
-            vec![args.output.clone()]
+    let files = match output {
+        Output::File(file) => {
+            write_atomically(&file, write)?;
+            vec![file]
         }
-        Some(staging) => {
+        Output::Folder(staging) => {
             staging.write("maps.h5", write)?;
             for (name, figure) in map_figures(&staging.path("maps.h5"))? {
                 staging
@@ -78,8 +71,6 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             staging.commit()?
         }
     };
-    if !bars.is_quiet() {
-        crate::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
-    }
+    print_files(&files, bars);
     Ok(())
 }

@@ -69,6 +69,13 @@ impl Settings {
         Ok(config)
     }
 
+    /// The resolved configuration, with the halo table of `--haloes` instead of its own.
+    pub fn resolve_with(&self, haloes: Option<&Path>) -> Result<Config> {
+        let mut config = self.resolve()?;
+        config.haloes.catalogue = haloes.map(Path::to_path_buf).or(config.haloes.catalogue);
+        Ok(config)
+    }
+
     /// What the run is called in its summary.
     pub fn name(&self) -> String {
         let preset = match self.preset {

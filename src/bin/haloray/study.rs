@@ -9,6 +9,7 @@ use haloray::pipeline::{TidalResidual, rms, tidal_study};
 use haloray::report::tidal_residual_figure;
 
 use crate::bars::Bars;
+use crate::output::print_files;
 use crate::settings::{Settings, provenance};
 
 /// Experiments over many sightlines.
@@ -57,8 +58,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let files = staging.commit()?;
     if !bars.is_quiet() {
         crate::print(&summary(&rows));
-        crate::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
     }
+    print_files(&files, bars);
     Ok(())
 }
 

@@ -1,0 +1,45 @@
+//! Where a command that makes a folder, or on request one file of it, puts its results.
+
+use std::path::{Path, PathBuf};
+
+use haloray::io::{Staging, check_writable};
+use haloray::{Error, Result};
+
+use crate::bars::Bars;
+use crate::settings::check_not_an_input;
+
+/// A folder of results, or the one file that stands for it.
+pub enum Output {
+    /// One file, written atomically.
+    File(PathBuf),
+    /// A staged folder.
+    Folder(Staging),
+}
+
+/// Extensions of files; a folder is not meant by them.
+const FILES: [&str; 9] = ["csv", "h5", "hdf5", "fits", "fit", "png", "svg", "json", "toml"];
+
+impl Output {
+    /// Decides by the extension of `path`, and checks that it can be written before any work is done.
+    pub fn begin(path: &Path, file_extensions: &[&str], inputs: &[Option<&Path>]) -> Result<Self> {
+        let extension =
+            path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        if file_extensions.contains(&extension.as_str()) {
+            check_writable(path)?;
+            check_not_an_input(path, inputs)?;
+            return Ok(Self::File(path.into()));
+        }
+        if FILES.contains(&extension.as_str()) && !path.is_dir() {
+            let problem = format!("-o takes a folder or a file ending in .{}", file_extensions.join(" or ."));
+            return Err(Error::format(path, problem));
+        }
+        Ok(Self::Folder(Staging::begin(path)?))
+    }
+}
+
+/// Lists the files written, one a line.
+pub fn print_files(files: &[PathBuf], bars: &Bars) {
+    if !bars.is_quiet() {
+        crate::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
+    }
+}
