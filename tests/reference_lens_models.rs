@@ -2,6 +2,7 @@
 
 #[path = "support/differences.rs"]
 mod differences;
+#[allow(dead_code, reason = "only the names of the headers are used; this reference is JSON")]
 #[path = "support/reference.rs"]
 mod reference;
 
