@@ -20,7 +20,7 @@ mod table_hdf5;
 pub use atomic_file::{check_writable, write_atomically};
 pub use halo_table::{halo_table, read_haloes, write_haloes};
 pub use image_fits::{ExposureKeywords, ImageFile, PsfKernel};
-pub use lens_model::{LensModelFile, read_lens_model};
+pub use lens_model::{LensModelFile, LensOfFile, read_lens_model};
 pub use provenance::Provenance;
 pub use ray_table::{Points, ray_table, read_points};
 pub use run_file::{AttributeValue, RunFile};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use haloray::Result;
 use haloray::io::{Column, Provenance, RAYS_GROUP, Table, read_lens_model, read_points};
-use haloray::mapping::{Mapping, Order};
+use haloray::mapping::Order;
 
 use crate::bars::Bars;
 use crate::settings::Cosmology;
@@ -12,8 +12,9 @@ use crate::settings::Cosmology;
 /// Evaluate a lens model in lenstronomy's own form at points.
 ///
 /// MODEL.json: {"z_lens": 0.5, "z_source": 1.5, "lens_model_list": ["LOS_MINIMAL", "EPL"], "kwargs_lens": [{…}, {…}]},
-/// optionally "cosmology": {"H0": 67.4, "Om0": 0.315}. Adds beta_x_arcsec, beta_y_arcsec, f_xx, f_xy, f_yx, f_yy
-/// (f_ij = δ_ij − ∂β_i/∂θ_j), fermat_arcsec2 and delay_days to the points.
+/// optionally "cosmology": {"H0": 67.4, "Om0": 0.315}. "lens_redshift_list": [0.5, …] in place of "z_lens" gives every
+/// model its own redshift (multi-plane lensing; no LOS models). Adds beta_x_arcsec, beta_y_arcsec, f_xx, f_xy, f_yx,
+/// f_yy (f_ij = δ_ij − ∂β_i/∂θ_j), fermat_arcsec2 (one plane only) and delay_days to the points.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  haloray lens model.json --points points.csv -o lensed.csv")]
 pub struct Args {
@@ -37,8 +38,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     for warning in &model.warnings {
         eprintln!("warning: {warning}");
     }
-    let theta = &points.theta_arcsec;
-    let rays = model.lens.map(theta, Order::Jacobian);
+    let (theta, mapping) = (&points.theta_arcsec, model.lens.mapping());
+    let rays = mapping.map(theta, Order::Jacobian);
     let beta = |i: usize| rays.beta_arcsec.iter().map(|b| b[i]).collect();
     let mut columns = vec![
         Column::f64("beta_x_arcsec", Some("arcsec"), beta(0)),
@@ -48,9 +49,10 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         let own = if i % 3 == 0 { 1.0 } else { 0.0 };
         columns.push(Column::f64(name, None, rays.jacobian.iter().map(|a| own - a[i]).collect()));
     }
-    let fermat = theta.iter().map(|&theta| model.lens.ray_fermat_arcsec2(theta)).collect();
-    columns.push(Column::f64("fermat_arcsec2", Some("arcsec2"), fermat));
-    columns.push(Column::f64("delay_days", Some("d"), model.lens.delay_days(theta)));
+    if let Some(fermat) = model.lens.fermat_arcsec2(theta) {
+        columns.push(Column::f64("fermat_arcsec2", Some("arcsec2"), fermat));
+    }
+    columns.push(Column::f64("delay_days", Some("d"), mapping.delay_days(theta)));
     points.with(columns)?.write(&args.output, RAYS_GROUP, &Provenance::new(None, ""))?;
     if !bars.is_quiet() {
         crate::print(&format!("{} rays written to {}\n", theta.len(), args.output.display()));

@@ -3,40 +3,32 @@
 use super::plane::Plane;
 use super::segment::Segment;
 use crate::constants::{ARCSEC_RAD, MPC_OVER_C_DAYS};
-use crate::profile::mass::{MassProfile, nfw_radial, truncated_potential};
+use crate::profile::mass::{MassModel, MassProfile, nfw_radial, truncated_potential};
 
 impl Segment<'_> {
     /// c·τ = ½ΣΔχ|s|² − |x_end − x_start|²/2(χ_end − χ_start) − Σ f χ ψ, in comoving coordinates.
     ///
     /// Conformal time equals observed delay for a = 1 today; ψ is zero at each halo's centre.
     pub(super) fn ray_delay_days(&self, theta: [f64; 2]) -> f64 {
-        let mut ray = Ray {
-            chi: self.chi_start,
-            x: self.x_start,
-            s: [self.s_start[0] + theta[0], self.s_start[1] + theta[1]],
-            path: 0.0,
-        };
+        let slope = [self.s_start[0] + theta[0], self.s_start[1] + theta[1]];
+        let mut ray = Ray::start(self.chi_start, self.x_start, slope);
         let mut planes = self.planes;
         if let Some(lens) = self.lens {
             let (nearer, farther) = planes.split_at(lens.after);
             ray.through(nearer);
-            ray.advance(lens.chi_cmpc);
-            let t = ray.x.map(|x| x / lens.chi_cmpc);
             let f = self.chi_source_cmpc / (self.chi_source_cmpc - lens.chi_cmpc);
-            let alpha = lens.profile.deflection(t[0], t[1]);
-            ray.kick(alpha.map(|a| f * a), f * lens.profile.potential(t[0], t[1]));
+            ray.through_lens(lens.chi_cmpc, lens.profile, f);
             planes = farther;
         }
         ray.through(planes);
-        ray.advance(self.chi_end);
-        let straight = square([ray.x[0] - self.x_start[0], ray.x[1] - self.x_start[1]])
-            / (2.0 * (self.chi_end - self.chi_start));
-        (ray.path - straight) * ARCSEC_RAD * ARCSEC_RAD * MPC_OVER_C_DAYS
+        ray.delay_days_at(self.chi_end)
     }
 }
 
 /// One ray on its way; `path` is the geometric minus the potential part so far (Mpc·arcsec²).
-struct Ray {
+pub(super) struct Ray {
+    chi_start: f64,
+    x_start: [f64; 2],
     chi: f64,
     x: [f64; 2],
     s: [f64; 2],
@@ -48,6 +40,27 @@ fn square(v: [f64; 2]) -> f64 {
 }
 
 impl Ray {
+    /// A ray that leaves the point `x` at comoving distance `chi` with slope `s`.
+    pub(super) fn start(chi: f64, x: [f64; 2], s: [f64; 2]) -> Self {
+        Self { chi_start: chi, x_start: x, chi, x, s, path: 0.0 }
+    }
+
+    /// On to a general lens plane at `chi`, and through it.
+    pub(super) fn through_lens(&mut self, chi: f64, profile: &MassModel, f: f64) {
+        self.advance(chi);
+        let t = self.x.map(|x| x / chi);
+        let alpha = profile.deflection(t[0], t[1]);
+        self.kick(alpha.map(|a| f * a), f * profile.potential(t[0], t[1]));
+    }
+
+    /// On to `chi_end`: the delay against the straight path from start to there.
+    pub(super) fn delay_days_at(mut self, chi_end: f64) -> f64 {
+        self.advance(chi_end);
+        let straight = square([self.x[0] - self.x_start[0], self.x[1] - self.x_start[1]])
+            / (2.0 * (chi_end - self.chi_start));
+        (self.path - straight) * ARCSEC_RAD * ARCSEC_RAD * MPC_OVER_C_DAYS
+    }
+
     fn advance(&mut self, chi: f64) {
         let step = chi - self.chi;
         self.chi = chi;

@@ -7,6 +7,7 @@
 use multiversion::multiversion;
 
 use super::plane::Plane;
+use crate::mapping::RayBundle;
 use crate::profile::mass::{MassProfile, RadialDerivatives, nfw_radial};
 
 /// Rays that travel together: state of all three orders fits the first-level cache.
@@ -74,6 +75,20 @@ impl Tile {
         if ORDER >= 2 {
             drift(&mut self.d2x, &self.d2s, step);
         }
+    }
+
+    /// The first `used` rays as seen from the start: (x − `origin`)·`scale` and its derivatives.
+    pub fn bundle<const ORDER: usize>(&self, used: usize, origin: [f64; 2], scale: f64) -> RayBundle {
+        let position = |i: usize| [(self.x[0][i] - origin[0]) * scale, (self.x[1][i] - origin[1]) * scale];
+        let mut rays = RayBundle { beta_arcsec: (0..used).map(position).collect(), ..RayBundle::default() };
+        if ORDER >= 1 {
+            rays.jacobian = (0..used).map(|i| std::array::from_fn(|c| self.dx[c][i] * scale)).collect();
+        }
+        if ORDER >= 2 {
+            rays.second_per_arcsec =
+                (0..used).map(|i| std::array::from_fn(|c| self.d2x[c][i] * scale)).collect();
+        }
+        rays
     }
 
     /// Kick of a general lens plane, ray by ray (the main lens).

@@ -116,31 +116,7 @@ impl<'a> Segment<'a> {
         let scale = 1.0 / (self.chi_end - self.chi_start);
         let parts: Vec<RayBundle> = theta
             .par_chunks(TILE)
-            .map(|theta| {
-                let tile = self.trace_tile::<ORDER>(theta);
-                let rays = 0..theta.len();
-                let mut part = RayBundle {
-                    beta_arcsec: rays
-                        .clone()
-                        .map(|i| {
-                            [
-                                (tile.x[0][i] - self.x_axis_end[0]) * scale,
-                                (tile.x[1][i] - self.x_axis_end[1]) * scale,
-                            ]
-                        })
-                        .collect(),
-                    ..RayBundle::default()
-                };
-                if ORDER >= 1 {
-                    part.jacobian =
-                        rays.clone().map(|i| std::array::from_fn(|c| tile.dx[c][i] * scale)).collect();
-                }
-                if ORDER >= 2 {
-                    part.second_per_arcsec =
-                        rays.map(|i| std::array::from_fn(|c| tile.d2x[c][i] * scale)).collect();
-                }
-                part
-            })
+            .map(|theta| self.trace_tile::<ORDER>(theta).bundle::<ORDER>(theta.len(), self.x_axis_end, scale))
             .collect();
         RayBundle::concatenate(parts)
     }

@@ -113,7 +113,7 @@ impl Mul<f64> for Jet {
 impl Mul for Jet {
     type Output = Self;
 
-    #[allow(clippy::suspicious_arithmetic_impl, reason = "product rule")]
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self, other);
         Self {

@@ -1,0 +1,183 @@
+//! Lens models in the field's own JSON form: `lens_model_list` and `kwargs_lens` as lenstronomy takes them.
+
+mod arguments;
+mod line_of_sight;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use self::arguments::{Arguments, PROFILES};
+use self::line_of_sight::LINES_OF_SIGHT;
+use crate::cosmology::Background;
+use crate::error::{Error, Result, require};
+use crate::mapping::Mapping;
+use crate::mapping::multiplane::GeneralMultiPlane;
+use crate::mapping::tidal::{LineOfSightModel, TidalLens};
+use crate::profile::mass::MassModel;
+
+/// A model file: one lens plane at `z_lens`, or a redshift for every model in `lens_redshift_list`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelFile {
+    z_lens: Option<f64>,
+    z_source: f64,
+    lens_model_list: Vec<String>,
+    kwargs_lens: Vec<BTreeMap<String, f64>>,
+    lens_redshift_list: Option<Vec<f64>>,
+    cosmology: Option<CosmologyFile>,
+}
+
+/// Flat ΛCDM by haloray's or astropy's names.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CosmologyFile {
+    #[serde(alias = "H0")]
+    h0_km_s_mpc: f64,
+    #[serde(alias = "Om0")]
+    omega_m: f64,
+    /// Temperature of the radiation today in K; haloray has none.
+    #[serde(default, rename = "Tcmb0")]
+    tcmb0_k: f64,
+}
+
+/// A lens model read from a file, and what is to be said about it.
+#[derive(Debug, Clone)]
+pub struct LensModelFile {
+    /// The model.
+    pub lens: LensOfFile,
+    /// Where results differ from lenstronomy's on purpose.
+    pub warnings: Vec<String>,
+}
+
+/// The two kinds of lens that a file can hold.
+#[derive(Debug, Clone)]
+pub enum LensOfFile {
+    /// One lens plane, with or without a model of the line of sight.
+    OnePlane(Box<TidalLens>),
+    /// A plane for every redshift.
+    ManyPlanes(GeneralMultiPlane),
+}
+
+impl LensOfFile {
+    /// The lens as a mapping.
+    pub fn mapping(&self) -> &dyn Mapping {
+        match self {
+            Self::OnePlane(lens) => lens.as_ref(),
+            Self::ManyPlanes(lens) => lens,
+        }
+    }
+
+    /// Fermat potential of every ray at its own β in arcsec²; `None` for many planes, which have no single one.
+    pub fn fermat_arcsec2(&self, theta_arcsec: &[[f64; 2]]) -> Option<Vec<f64>> {
+        match self {
+            Self::OnePlane(lens) => {
+                Some(theta_arcsec.iter().map(|&theta| lens.ray_fermat_arcsec2(theta)).collect())
+            }
+            Self::ManyPlanes(_) => None,
+        }
+    }
+}
+
+/// Reads a lens model; distances of `default_background` unless the file has a cosmology.
+///
+/// # Errors
+/// Text that is not such a model, names that cannot be represented (all of them listed), parameters missing, unknown
+/// or outside their domain; every message names the file.
+pub fn read_lens_model(path: &Path, default_background: &Background) -> Result<LensModelFile> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let file: ModelFile =
+        serde_json::from_str(&text).map_err(|e| Error::format(path, format!("not a lens model: {e}")))?;
+    file.build(default_background).map_err(|error| match error {
+        Error::OutOfRange { .. } => Error::format(path, error.to_string()),
+        other => other,
+    })
+}
+
+impl ModelFile {
+    fn build(&self, default_background: &Background) -> Result<LensModelFile> {
+        let background = match &self.cosmology {
+            None => *default_background,
+            Some(own) => own.background()?,
+        };
+        self.check_list()?;
+        match &self.lens_redshift_list {
+            Some(redshifts) => self.many_planes(redshifts, &background),
+            None => self.one_plane(&background),
+        }
+    }
+
+    /// Names that are known, and arguments for each.
+    fn check_list(&self) -> Result<()> {
+        let (names, kwargs) = (&self.lens_model_list, &self.kwargs_lens);
+        if names.len() != kwargs.len() || names.is_empty() {
+            let allowed = format!("{} as the lens_model_list, and at least 1", names.len());
+            return Err(Error::out_of_range("length of kwargs_lens", kwargs.len(), &allowed));
+        }
+        let known = [PROFILES.as_slice(), &LINES_OF_SIGHT].concat();
+        let unknown: Vec<&str> =
+            names.iter().map(String::as_str).filter(|name| !known.contains(name)).collect();
+        if unknown.is_empty() {
+            return Ok(());
+        }
+        let allowed = format!("among {}", known.join(", "));
+        Err(Error::out_of_range("lens_model_list", unknown.join(", "), &allowed))
+    }
+
+    fn arguments(&self) -> impl Iterator<Item = Arguments<'_>> {
+        let pairs = self.lens_model_list.iter().zip(&self.kwargs_lens).enumerate();
+        pairs.map(|(position, (name, values))| Arguments { name, position, values })
+    }
+
+    fn one_plane(&self, background: &Background) -> Result<LensModelFile> {
+        let Some(z_lens) = self.z_lens else {
+            return Err(Error::out_of_range("z_lens", "missing", "a redshift (or lens_redshift_list given)"));
+        };
+        let allowed = format!("above 0 and below z_source = {}", self.z_source);
+        require(z_lens > 0.0 && self.z_source > z_lens, "z_lens", z_lens, &allowed)?;
+        let (mut model, mut lenses, mut warnings) = (None, Vec::new(), Vec::new());
+        for arguments in self.arguments() {
+            if !LINES_OF_SIGHT.contains(&arguments.name) {
+                lenses.push(arguments.profile()?);
+            } else if model.is_none() {
+                model = Some(arguments.line_of_sight(&mut warnings)?);
+            } else {
+                let allowed = "the only LOS model of the list";
+                return Err(Error::out_of_range("lens_model_list", arguments, allowed));
+            }
+        }
+        let [lens, source] = [z_lens, self.z_source].map(|z| background.comoving_distance_mpc(z));
+        let model = model.unwrap_or(LineOfSightModel::EMPTY);
+        let lens = TidalLens { model, lenses, time_delay_distance_mpc: lens * source / (source - lens) };
+        Ok(LensModelFile { lens: LensOfFile::OnePlane(Box::new(lens)), warnings })
+    }
+
+    fn many_planes(&self, redshifts: &[f64], background: &Background) -> Result<LensModelFile> {
+        if let Some(z_lens) = self.z_lens {
+            return Err(Error::out_of_range("z_lens", z_lens, "left out beside lens_redshift_list"));
+        }
+        if redshifts.len() != self.lens_model_list.len() {
+            let allowed = format!("{} as the lens_model_list", self.lens_model_list.len());
+            return Err(Error::out_of_range("length of lens_redshift_list", redshifts.len(), &allowed));
+        }
+        let mut lenses: Vec<(f64, MassModel)> = Vec::new();
+        for (arguments, &z) in self.arguments().zip(redshifts) {
+            if LINES_OF_SIGHT.contains(&arguments.name) {
+                let allowed =
+                    "a mass profile: LOS models stand around one lens plane, without lens_redshift_list";
+                return Err(Error::out_of_range("lens_model_list", arguments, allowed));
+            }
+            lenses.push((z, arguments.profile()?));
+        }
+        let lens = GeneralMultiPlane::new(background, self.z_source, &lenses)?;
+        Ok(LensModelFile { lens: LensOfFile::ManyPlanes(lens), warnings: Vec::new() })
+    }
+}
+
+impl CosmologyFile {
+    fn background(&self) -> Result<Background> {
+        require(self.tcmb0_k == 0.0, "Tcmb0", self.tcmb0_k, "0: haloray's background has no radiation")?;
+        Background::new(self.h0_km_s_mpc, self.omega_m)
+    }
+}
