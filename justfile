@@ -32,10 +32,14 @@ reference: oracle-setup
 # long comparison with lenstronomy on a full cone; writes docs/ORACLE.md
 oracle: oracle-setup
     cargo build --release
-    .venv/bin/python data/oracle/compare_cone.py --haloray target/release/haloray --output docs/ORACLE.md
+    .venv/bin/python data/oracle/compare_cone.py --binary target/release/haloray --summary docs/ORACLE.md
+
+# 100 sightlines against their tidal and flexion models (docs/TIDAL_STUDY.md)
+study:
+    cargo run --release -- study tidal -n 100 -o tidal_study
 
 # our benchmarks, then lenstronomy beside us in one run; writes docs/BENCHMARKS.md
 bench: oracle-setup
     cargo bench
     cargo build --release
-    .venv/bin/python data/oracle/bench_lenstronomy.py --haloray target/release/haloray --output docs/BENCHMARKS.md
+    .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --summary docs/BENCHMARKS.md
