@@ -60,6 +60,12 @@ pub fn ln(x: f64) -> f64 {
     e * LN2_HIGH + (2.0 * s * artanh_over_argument(s * s) + e * LN2_LOW)
 }
 
+/// arctan(t)/t for |t| ≤ tan(π/8) = √2 − 1, from z = t².
+#[inline(always)]
+pub fn arctan_over_argument(z: f64) -> f64 {
+    1.0 + z * horner(&ARCTAN, z)
+}
+
 /// arctan w for w ≥ 0.
 #[inline(always)]
 pub fn arctan(w: f64) -> f64 {

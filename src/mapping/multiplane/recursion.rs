@@ -147,22 +147,24 @@ fn drift<const N: usize>(x: &mut [Lanes; N], s: &[Lanes; N], step: f64) {
 enum Regime {
     Inner,
     Outer,
+    Far,
     Mixed,
 }
 
 #[inline(always)]
 fn regime(u: &Lanes) -> Regime {
-    let (mut inner, mut outer) = (0_u64, 0_u64);
+    let (mut inner, mut outer, mut far) = (0_u64, 0_u64, 0_u64);
     for v in u {
         inner += u64::from(*v < nfw_radial::INNER_END);
         outer += u64::from(*v > nfw_radial::OUTER_START);
+        far += u64::from(*v > nfw_radial::FAR_START);
     }
-    if outer == TILE as u64 {
-        Regime::Outer
-    } else if inner == TILE as u64 {
-        Regime::Inner
-    } else {
-        Regime::Mixed
+    const ALL: u64 = TILE as u64;
+    match (inner, outer, far) {
+        (_, _, ALL) => Regime::Far,
+        (ALL, _, _) => Regime::Inner,
+        (_, ALL, 0) => Regime::Outer,
+        _ => Regime::Mixed,
     }
 }
 
@@ -214,6 +216,11 @@ fn radial_functions<const ORDER: usize>(
                 [m[i], p1[i], p2[i]] = plane.radial(u[i]);
             }
         }
+        Regime::Far if ORDER == 0 => {
+            for i in 0..TILE {
+                m[i] = nfw_radial::far(u[i]).m;
+            }
+        }
         Regime::Outer if ORDER == 0 => {
             for i in 0..TILE {
                 m[i] = nfw_radial::m_outer(u[i]);
@@ -227,6 +234,11 @@ fn radial_functions<const ORDER: usize>(
         Regime::Mixed if ORDER == 0 => {
             for i in 0..TILE {
                 m[i] = nfw_radial::m(u[i]);
+            }
+        }
+        Regime::Far => {
+            for i in 0..TILE {
+                [m[i], p1[i], p2[i]] = nfw_radial::far(u[i]).nfw();
             }
         }
         Regime::Outer => {

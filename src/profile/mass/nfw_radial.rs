@@ -6,15 +6,17 @@
 //!
 //! u·m = L + A,   u·m′ = E/2 − m,   u²·m″ = −E/2 − H/4 − 2u·m′   (Bartelmann 1996; E/2 is its κ).
 //!
-//! Three regimes, blended by nothing: `inner` (u < 0.8), `seam`, `outer` (u > 1.25). Each is
+//! Four regimes, blended by nothing: `inner` (u < 0.8), `seam`, `outer` (u > 1.25), `far` (u > 7). Each is
 //! branch-free, so a loop over rays inside one regime becomes SIMD code with the same bits.
 
-use crate::numerics::elementary::{arctan, artanh_over_argument, ln};
+use crate::numerics::elementary::{arctan, arctan_over_argument, artanh_over_argument, ln};
 
 /// Below this u the form without cancellation at u → 0 is used.
 pub const INNER_END: f64 = 0.8;
 /// Above this u the arctan form is used.
 pub const OUTER_START: f64 = 1.25;
+/// Above this u, √(u−1) > 1 + √2 and the form with few divisions is used.
+pub const FAR_START: f64 = 7.0;
 /// u is never taken smaller: at the very centre κ diverges as −ln r and is evaluated at r = 1e-15 r_s.
 pub const U_FLOOR: f64 = 1e-30;
 
@@ -52,7 +54,7 @@ pub fn m_inner(u: f64) -> f64 {
     (-0.5 * ln(0.25 * u) - inv * artanh_over_argument(s * s)) / (w * (1.0 + w))
 }
 
-/// m(u) for u > [`OUTER_START`].
+/// m(u) for [`OUTER_START`] < u ≤ [`FAR_START`].
 #[inline(always)]
 pub fn m_outer(u: f64) -> f64 {
     let w = (u - 1.0).sqrt();
@@ -68,13 +70,26 @@ pub fn inner(u: f64) -> Basis {
     Basis { l, a, m, e, h: (a - 3.0 * e) * inv_z }
 }
 
-/// All functions for u > [`OUTER_START`].
+/// All functions for [`OUTER_START`] < u ≤ [`FAR_START`].
 #[inline(always)]
 pub fn outer(u: f64) -> Basis {
     let (l, w, inv_z) = (0.5 * ln(0.25 * u), (u - 1.0).sqrt(), 1.0 / (1.0 - u));
     let a = arctan(w) / w;
     let e = (a - 1.0) * inv_z;
     Basis { l, a, m: (l + a) / u, e, h: (a - 3.0 * e) * inv_z }
+}
+
+/// All functions for u > [`FAR_START`]: with v = 1/(u−1), A = (π/2)√v − v·arctan(√v)/√v.
+///
+/// Divisions limit the ray loop, so 1/u and v share one.
+#[inline(always)]
+pub fn far(u: f64) -> Basis {
+    let both = 1.0 / (u * (u - 1.0));
+    let (inv_u, v) = ((u - 1.0) * both, u * both);
+    let l = 0.5 * ln(0.25 * u);
+    let a = std::f64::consts::FRAC_PI_2 * v.sqrt() - v * arctan_over_argument(v);
+    let e = (1.0 - a) * v;
+    Basis { l, a, m: (l + a) * inv_u, e, h: (3.0 * e - a) * v }
 }
 
 /// All functions for [`INNER_END`] ≤ u ≤ [`OUTER_START`]: H by its Taylor series
@@ -100,6 +115,8 @@ pub fn seam(u: f64) -> Basis {
 pub fn m(u: f64) -> f64 {
     if u < INNER_END {
         m_inner(u)
+    } else if u > FAR_START {
+        far(u).m
     } else if u > OUTER_START {
         m_outer(u)
     } else {
@@ -112,6 +129,8 @@ pub fn m(u: f64) -> f64 {
 pub fn basis(u: f64) -> Basis {
     if u < INNER_END {
         inner(u)
+    } else if u > FAR_START {
+        far(u)
     } else if u > OUTER_START {
         outer(u)
     } else {
@@ -139,8 +158,11 @@ mod tests {
 
     #[test]
     fn regimes_agree_where_they_meet() {
-        for (u, other) in [(INNER_END, inner(INNER_END)), (OUTER_START, outer(OUTER_START))] {
-            let s = seam(u);
+        for (u, s, other) in [
+            (INNER_END, seam(INNER_END), inner(INNER_END)),
+            (OUTER_START, seam(OUTER_START), outer(OUTER_START)),
+            (FAR_START, outer(FAR_START), far(FAR_START)),
+        ] {
             for (a, b) in [(s.m, other.m), (s.a, other.a), (s.e, other.e), (s.h, other.h)] {
                 assert!((a / b - 1.0).abs() < SEAM, "u = {u}: {a} {b}");
             }
