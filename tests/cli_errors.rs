@@ -322,10 +322,21 @@ fn outputs_that_cannot_be_written_are_refused_before_any_work() {
     ] {
         refuses(&folder, &TRACE.replace("rays.csv", output), &[wanted]);
     }
+    fs::write(folder.path("plain"), "a file").unwrap();
+    for (command, wanted) in
+        [("map", "a file ending in .h5 or .hdf5"), ("image", "a file ending in .fits or .fit")]
+    {
+        refuses(&folder, &format!("{command} -o new.csv"), &["new.csv: -o takes a folder or", wanted]);
+    }
+    refuses(
+        &folder,
+        "image --noise-free -o images",
+        &["--noise-free is given, but must be left out with a folder"],
+    );
     for command in ["simulate", "map", "image"] {
         for (output, wanted) in [
             ("missing/run", "cannot write to missing/run: No such file"),
-            ("points.csv", "cannot write to points.csv: it is a file; a folder is wanted"),
+            ("plain", "cannot write to plain: it is a file; a folder is wanted"),
             ("points.csv/run", "cannot write to points.csv/run: Not a directory"),
         ] {
             refuses(&folder, &format!("{command} -o {output}"), &[wanted, "hint: choose another place"]);

@@ -133,7 +133,9 @@ fn hint(error: &Error) -> &'static str {
         Error::Format { problem, .. } if problem.contains("truncated") => {
             "the file is damaged; make or copy it again"
         }
-        Error::Format { .. } => "tables are .csv, .h5 or .fits files; images are .fits files",
+        Error::Format { .. } => {
+            "tables are .csv, .h5 or .fits files; images are .fits files, lens models .json (`haloray lens --help`)"
+        }
         Error::Read { .. } => {
             "check the path and its permissions; files named in a configuration are looked for beside it"
         }
