@@ -41,7 +41,7 @@ class Run:
 
 
 def trace_arguments(order, threads):
-    return ["trace", "--haloes", "haloes.csv", "--points", "points.csv", "--z-source", Z_SOURCE, "--order", order,
+    return ["trace", "--haloes", "haloes.h5", "--points", "points.csv", "--z-source", Z_SOURCE, "--order", order,
             "--threads", threads, "-o", "rays.csv"]
 
 
@@ -96,6 +96,7 @@ def row(what, ours, theirs, their_name):
 def measure(binary, folder, repeats):
     run = Run(binary, folder)
     run.seconds("populate", "-o", "haloes.csv")
+    run.seconds("populate", "-o", "haloes.h5")
     haloes = read_csv(folder / "haloes.csv")
     side = 0.08 * (np.arange(64) - 31.5)
     theta_y, theta_x = (grid.ravel() for grid in np.meshgrid(side, side, indexing="ij"))
