@@ -43,6 +43,7 @@ pub mod diagnostics;
 pub mod error;
 pub mod halo;
 pub mod imaging;
+pub mod inference;
 pub mod io;
 pub mod mapping;
 pub mod numerics;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Rooms in dependency order, as in docs/ARCHITECTURE.md.
-const ROOMS: [&str; 14] = [
+const ROOMS: [&str; 15] = [
     "constants",
     "error",
     "numerics",
@@ -14,6 +14,7 @@ const ROOMS: [&str; 14] = [
     "mapping",
     "diagnostics",
     "imaging",
+    "inference",
     "config",
     "pipeline",
     "io",
