@@ -58,7 +58,8 @@ pub fn tidal_residual(config: &Config, sightline: u64, tidal_only: bool) -> Resu
     let effective = EffectiveLineOfSight::of(&sight, z_lens)?;
     let model_lens = MassModel::Epl(lens([0.0, 0.0])?);
     let residual = |model: LineOfSightModel| -> Vec<f64> {
-        let mapping = TidalLens { model, lenses: vec![model_lens], time_delay_distance_mpc: f64::NAN };
+        let mapping =
+            TidalLens { model, lenses: vec![model_lens.clone()], time_delay_distance_mpc: f64::NAN };
         let inner = INNER_RADIUS_OVER_EINSTEIN_RADIUS * config.lens.einstein_radius_arcsec;
         let beta = mapping.map(&theta, Order::Position).beta_arcsec;
         (0..theta.len())
