@@ -7,12 +7,16 @@
 mod fermat;
 mod flexion;
 mod jet;
+mod kind;
 mod lens;
 mod model;
+mod response;
 mod tensor;
 
 pub use flexion::{Flexion, FlexionModel};
+pub use kind::LineOfSightKind;
 pub use lens::TidalLens;
 pub use model::LineOfSightModel;
 pub(crate) use model::los_jacobian;
+pub(crate) use response::{MANY_LENSES, TidalFamily};
 pub use tensor::Tidal;

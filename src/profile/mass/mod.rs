@@ -16,6 +16,7 @@ pub use nfw::Nfw;
 pub use point_mass::PointMass;
 pub(crate) use radial::RadialDerivatives;
 pub use radial::{Amplitude, Radial, RadialLaw};
+pub(crate) use response::MOST_PARAMETERS;
 pub use response::{Response, Responses, deflections, responses};
 pub use sersic::SersicMass;
 pub use truncated_nfw::{TruncatedNfw, potential as truncated_potential, truncated};
