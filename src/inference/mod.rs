@@ -4,6 +4,14 @@
 //! prior and Φ the standard normal one, so that every prior is N(0, 1) in z and nothing has an edge. The
 //! log-posterior density in z is ln L(z) − ½|z|²; u = Φ(z) are the coordinates of the unit cube.
 
+mod image_likelihood;
 mod latent;
+pub mod likelihood;
+pub mod model;
+mod observation;
+mod prior;
 
+pub use image_likelihood::{Curvature, ImageLikelihood, ModelImage};
 pub use latent::LatentLikelihood;
+pub use observation::Observation;
+pub use prior::{Prior, PriorShape};

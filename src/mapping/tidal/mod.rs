@@ -18,5 +18,5 @@ pub use kind::LineOfSightKind;
 pub use lens::TidalLens;
 pub use model::LineOfSightModel;
 pub(crate) use model::los_jacobian;
-pub(crate) use response::{MANY_LENSES, TidalFamily};
+pub(crate) use response::{MANY_LENSES, MOST_NUMBERS, TidalFamily};
 pub use tensor::Tidal;

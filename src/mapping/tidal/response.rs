@@ -26,7 +26,7 @@ enum Equation {
 }
 
 /// Numbers of the flexion model, the most of all.
-const MOST_NUMBERS: usize = 26;
+pub(crate) const MOST_NUMBERS: usize = 26;
 
 impl<'a> TidalFamily<'a> {
     /// The model `kind` with its `numbers`, and the lenses.
@@ -160,7 +160,7 @@ fn by_tensor(z: C, mut each: impl FnMut(usize, C)) {
     each(3, -(i * z));
 }
 
-/// Derivatives of q(z; F, G) by F1, F2, G1, G2, with the sign turned where A·z has −q.
+/// Derivatives of q(z; F, G) by F1, F2, G1, G2.
 #[inline(always)]
 fn by_flexion(z: C, mut each: impl FnMut(usize, C)) {
     let (half_i, bar) = (C::splat(0.0, 0.5), z.conj());

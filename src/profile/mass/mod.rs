@@ -2,6 +2,7 @@
 
 mod epl;
 mod external;
+mod kind;
 mod nfw;
 pub mod nfw_radial;
 mod point_mass;
@@ -12,6 +13,7 @@ mod truncated_nfw;
 
 pub use epl::Epl;
 pub use external::External;
+pub use kind::MassKind;
 pub use nfw::Nfw;
 pub use point_mass::PointMass;
 pub(crate) use radial::RadialDerivatives;

@@ -5,7 +5,7 @@ use statrs::function::gamma::{gamma_lr, ln_gamma};
 use super::radial::{Amplitude, Radial, RadialLaw};
 use crate::error::{Result, require};
 use crate::numerics::quadrature::integrate;
-use crate::profile::light::b_n;
+use crate::profile::light::{B_N_SLOPE, b_n};
 
 /// Sérsic lens κ = k_eff·exp{−b_n[(r/R)^{1/n} − 1]}; with elliptical isopotentials lenstronomy's `SERSIC_ELLIPSE_POTENTIAL`.
 ///
@@ -56,7 +56,6 @@ impl SersicLaw {
     /// ∂m/∂n: u·m = ∫₀ᵘκ du′ with κ = exp{−b(s−1)}, s = u^{1/2n}, so that
     /// ∂(u·m)/∂n = ∫κ[−b′(s−1) + b·s·ln s/n]du′ with du′ = 2n s^{2n−1}ds, by quadrature in ln s.
     fn m_by_index(&self, u: f64) -> f64 {
-        const B_SLOPE: f64 = 1.9992;
         /// Below e⁻⁴⁰ of the integral.
         const SMALLEST: f64 = 40.0;
         const PANELS: usize = 8;
@@ -65,7 +64,7 @@ impl SersicLaw {
         let low = high.min(0.0) - SMALLEST / (2.0 * n);
         let integrand = |y: f64| {
             let s = y.exp();
-            (2.0 * n * y - b * (s - 1.0)).exp() * (-B_SLOPE * (s - 1.0) + b * s * y / n) * 2.0 * n
+            (2.0 * n * y - b * (s - 1.0)).exp() * (-B_N_SLOPE * (s - 1.0) + b * s * y / n) * 2.0 * n
         };
         integrate(low, high, PANELS, integrand) / u
     }
