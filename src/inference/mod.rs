@@ -4,6 +4,10 @@
 //! prior and Φ the standard normal one, so that every prior is N(0, 1) in z and nothing has an edge. The
 //! log-posterior density in z is ln L(z) − ½|z|²; u = Φ(z) are the coordinates of the unit cube.
 
+pub mod convergence;
+mod draws;
 mod latent;
+pub mod sampler;
 
+pub use draws::{DrawStatistics, HPD_FRACTION};
 pub use latent::LatentLikelihood;

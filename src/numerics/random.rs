@@ -21,6 +21,10 @@ pub enum Stage {
     NoiseTidalHaloes = 6,
     /// Pixel noise of an image of its own.
     NoiseImage = 7,
+    /// Moves of a sampler; realisation = chain, ensemble or run, block = block of draws.
+    Sampling = 16,
+    /// Evidence and equal-weight draws of nested sampling.
+    Evidence = 17,
 }
 
 /// The stream of one block of work.

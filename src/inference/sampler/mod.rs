@@ -1,0 +1,34 @@
+//! Samplers behind one seam: a run advances block by block until it has converged, and may be stopped between any two.
+//!
+//! A block is a function of (settings, seed, block number, state at its start) alone, so a run that is saved after
+//! any block, killed, read back and continued ends with the same bytes as one never stopped, for any number of
+//! threads.
+
+mod bits;
+mod chains;
+mod nuts;
+mod run;
+mod target;
+mod whitening;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use chains::{Chain, Chains};
+pub use nuts::NutsSettings;
+pub use run::{Progress, Quantities, SamplerRun};
+pub use target::Problem;
+
+/// The samplers, each with its settings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum SamplerSettings {
+    /// No-U-Turn sampler: gradients and a metric; the fastest where the posterior is smooth.
+    Nuts(NutsSettings),
+}
+
+impl Default for SamplerSettings {
+    fn default() -> Self {
+        Self::Nuts(NutsSettings::default())
+    }
+}
