@@ -63,10 +63,10 @@ impl LatentLikelihood for Normal {
     }
 }
 
-/// A ridge bent by 0.6 z₀² with a width of 0.1, over two coordinates.
+/// A ridge bent by 0.6 z₀² with a width of 0.3, over two coordinates.
 pub struct Banana;
 
-const WIDTH: f64 = 0.1;
+const WIDTH: f64 = 0.3;
 const BEND: f64 = 0.6;
 
 impl LatentLikelihood for Banana {
@@ -92,6 +92,15 @@ pub struct TwoPeaks;
 pub const PEAK_WIDTH: f64 = 0.1;
 /// Place of the first peak; the second lies opposite.
 pub const PEAK: [f64; 2] = [1.0, 0.5];
+
+impl TwoPeaks {
+    /// Each peak convolved with the prior: a normal of variance 1 + s² at zero.
+    pub fn log_evidence() -> f64 {
+        let variance = 1.0 + PEAK_WIDTH * PEAK_WIDTH;
+        let square: f64 = PEAK.iter().map(|m| m * m).sum();
+        -0.5 * square / variance - (std::f64::consts::TAU * variance).ln()
+    }
+}
 
 impl LatentLikelihood for TwoPeaks {
     fn dimension(&self) -> usize {
@@ -127,6 +136,23 @@ impl LatentLikelihood for Truncated {
     fn log_likelihood_gradient(&self, z: &[f64], gradient: &mut [f64]) -> f64 {
         gradient.copy_from_slice(&[-4.0 * (z[0] - 0.2), -4.0 * z[1]]);
         self.log_likelihood(z)
+    }
+}
+
+/// A likelihood that is zero everywhere.
+pub struct Nowhere;
+
+impl LatentLikelihood for Nowhere {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn log_likelihood(&self, _: &[f64]) -> f64 {
+        f64::NEG_INFINITY
+    }
+
+    fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+        f64::NEG_INFINITY
     }
 }
 

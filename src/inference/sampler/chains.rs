@@ -54,6 +54,16 @@ impl Chain {
         self.log_likelihood.push(log_likelihood);
     }
 
+    /// Puts the draws of another block behind these.
+    pub(super) fn append(&mut self, other: Self) {
+        self.z.extend(other.z);
+        self.log_likelihood.extend(other.log_likelihood);
+        self.energy.extend(other.energy);
+        self.acceptance.extend(other.acceptance);
+        self.divergent.extend(other.divergent);
+        self.tree_depth.extend(other.tree_depth);
+    }
+
     /// Log-density ln L − ½|z|² of every draw.
     pub fn log_density(&self, dimension: usize) -> Vec<f64> {
         let prior = self.z.chunks_exact(dimension).map(super::target::log_prior);

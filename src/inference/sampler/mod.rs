@@ -6,6 +6,8 @@
 
 mod bits;
 mod chains;
+mod ensemble;
+mod nested;
 mod nuts;
 mod run;
 mod target;
@@ -15,6 +17,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use chains::{Chain, Chains};
+pub use ensemble::{EnsembleSliceSettings, StretchSettings};
+pub use nested::{Evidence, NestedSettings};
 pub use nuts::NutsSettings;
 pub use run::{Progress, Quantities, SamplerRun};
 pub use target::Problem;
@@ -25,6 +29,12 @@ pub use target::Problem;
 pub enum SamplerSettings {
     /// No-U-Turn sampler: gradients and a metric; the fastest where the posterior is smooth.
     Nuts(NutsSettings),
+    /// Ensemble slice sampling, the method of the paper's zeus: no gradients; for what is not smooth.
+    EnsembleSlice(EnsembleSliceSettings),
+    /// The affine-invariant stretch move, the method of emcee: to compare with others.
+    Stretch(StretchSettings),
+    /// Nested sampling: the evidence, and posteriors with several peaks; many evaluations.
+    Nested(NestedSettings),
 }
 
 impl Default for SamplerSettings {

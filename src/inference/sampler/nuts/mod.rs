@@ -123,8 +123,13 @@ impl NutsState {
         Ok(Self { settings, whitening, places, steps, evaluations })
     }
 
+    /// Draws of a chain after which sampling stops.
+    pub fn max_draws(&self) -> usize {
+        self.settings.max_draws
+    }
+
     /// Whether the draws of that block are thrown away.
-    pub fn is_warming_up(&self, block: u64) -> bool {
+    fn is_warming_up(&self, block: u64) -> bool {
         block <= self.settings.rounds().len() as u64
     }
 
@@ -214,14 +219,5 @@ impl Chain {
         self.acceptance.push(draw.acceptance);
         self.divergent.push(draw.divergent);
         self.tree_depth.push(draw.depth);
-    }
-
-    fn append(&mut self, other: Self) {
-        self.z.extend(other.z);
-        self.log_likelihood.extend(other.log_likelihood);
-        self.energy.extend(other.energy);
-        self.acceptance.extend(other.acceptance);
-        self.divergent.extend(other.divergent);
-        self.tree_depth.extend(other.tree_depth);
     }
 }
