@@ -69,9 +69,7 @@ impl Psf {
     pub fn convolve_transposed(&self, image: &[f64], n: usize) -> Vec<f64> {
         match self {
             Self::None => image.to_vec(),
-            Self::Gaussian(weights) => {
-                gather_rows(&gather_columns(image, n, weights), n, weights)
-            }
+            Self::Gaussian(weights) => gather_rows(&gather_columns(image, n, weights), n, weights),
             Self::Kernel { width, weights } => {
                 let turned: Vec<f64> = weights.iter().rev().copied().collect();
                 convolve_kernel(image, n, *width, &turned)

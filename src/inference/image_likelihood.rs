@@ -1,11 +1,16 @@
 //! An image, a compiled model and a mesh as a likelihood over latent coordinates, with gradient and Fisher matrix.
 
 use nalgebra::{DMatrix, DVector};
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
 use super::latent::LatentLikelihood;
 use super::likelihood::{ImageFit, LikelihoodKind, combine, pixel_information};
 use super::model::{CompiledModel, Evaluation, Mesh};
 use super::observation::Observation;
+use super::start::Start;
+use crate::error::{Error, Result};
+use crate::numerics::random::{self, stream};
 
 /// The likelihood of an observation under a model.
 #[derive(Debug, Clone)]
@@ -79,7 +84,8 @@ impl ImageLikelihood {
         let mut gradient = DVector::from_vec(self.gradient(&at, &fit, &slopes));
         let n = self.observation.grid.pixels();
         let weight = pixel_information(&self.observation, &combine(&lights, &fit.amplitudes));
-        let scaled = |image: Vec<f64>| image.iter().zip(&weight).map(|(v, w)| v * w.sqrt()).collect::<Vec<_>>();
+        let scaled =
+            |image: Vec<f64>| image.iter().zip(&weight).map(|(v, w)| v * w.sqrt()).collect::<Vec<_>>();
         let columns = at.columns(&self.mesh, &fit.amplitudes);
         let mut matrix: Vec<Vec<f64>> = columns
             .iter()
@@ -94,7 +100,8 @@ impl ImageLikelihood {
         }
         let amplitudes = fisher.view((p, p), (k, k)).into_owned().cholesky()?;
         let mixed = fisher.view((0, p), (p, k)).into_owned();
-        let mut metric = fisher.view((0, 0), (p, p)).into_owned() - &mixed * amplitudes.solve(&mixed.transpose());
+        let mut metric =
+            fisher.view((0, 0), (p, p)).into_owned() - &mixed * amplitudes.solve(&mixed.transpose());
         for i in 0..p {
             for j in 0..p {
                 metric[(i, j)] *= slopes[i] * slopes[j];
@@ -119,6 +126,39 @@ impl ImageLikelihood {
         by_free.iter().zip(slopes).map(|(d, slope)| d * slope).collect()
     }
 
+    /// A mesh that integrates every pixel to 1% of the background rms at the start and at models scattered around it
+    /// as its metric says.
+    ///
+    /// # Errors
+    /// A metric that is not positive definite.
+    pub(super) fn adaptive_mesh(&self, start: &Start, seed: u64) -> Result<Mesh> {
+        const TOLERANCE_OF_BACKGROUND_RMS: f64 = 0.01;
+        const MODELS: usize = 16;
+        let indefinite =
+            || Error::out_of_range("the Fisher matrix at the start", "indefinite", "positive definite");
+        let factor = start.metric.clone().cholesky().ok_or_else(indefinite)?;
+        let mut rng = stream(seed, 0, random::Stage::Mesh, 0);
+        let mut models = Vec::new();
+        for i in 0..MODELS {
+            let normal = DVector::from_fn(start.latent.len(), |_, _| StandardNormal.sample(&mut rng));
+            let scatter = factor.l().tr_solve_lower_triangular(&normal).ok_or_else(indefinite)?;
+            let spread = if i == 0 { 0.0 } else { 1.5 };
+            let latent: Vec<f64> =
+                start.latent.iter().zip(scatter.iter()).map(|(z, s)| z + spread * s).collect();
+            let free = self.model.at_latent(&latent).0;
+            models.extend(self.fit(&free, false).map(|(_, _, fit)| (free, fit.amplitudes)));
+        }
+        let tolerance = TOLERANCE_OF_BACKGROUND_RMS * self.observation.background_rms_e_s;
+        Ok(Mesh::adaptive(&self.observation.grid, tolerance, |points| {
+            let points = Mesh::at_points(points);
+            let of = |(free, amplitudes): &(Vec<f64>, Vec<f64>)| {
+                let at = self.model.evaluate(free).ok()?;
+                Some(combine(&at.brightness(&points), amplitudes))
+            };
+            models.par_iter().filter_map(of).collect()
+        }))
+    }
+
     /// β of every sample of the mesh at values of the free parameters.
     pub fn source_positions(&self, free: &[f64]) -> Option<Vec<[f64; 2]>> {
         Some(self.model.evaluate(free).ok()?.source_positions(&self.mesh))
@@ -140,5 +180,126 @@ impl LatentLikelihood for ImageLikelihood {
         let Some((at, _, fit)) = self.fit(&free, true) else { return f64::NEG_INFINITY };
         gradient.copy_from_slice(&self.gradient(&at, &fit, &slopes));
         fit.log_likelihood
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::super::model::ModelDescription;
+    use super::*;
+    use crate::imaging::{Psf, SkyGrid};
+    use crate::numerics::random::{self, stream};
+    use crate::profile::mass::derivative_checks::derivative;
+
+    fn likelihood(name: &str, kind: LikelihoodKind) -> ImageLikelihood {
+        let model = CompiledModel::new(&ModelDescription::built_in(name).unwrap()).unwrap();
+        let grid = SkyGrid::new(21, 0.16).unwrap();
+        let psf = Psf::gaussian(0.2, 3.0, 0.16).unwrap();
+        let n = grid.pixels() * grid.pixels();
+        let mut used = vec![true; n];
+        used[40..60].fill(false);
+        let observation = Observation {
+            grid,
+            data_e_s: vec![0.0; n],
+            used,
+            background_rms_e_s: 0.006,
+            exposure_s: 5400.0,
+            psf,
+        };
+        let mesh = Mesh::of_centres(&observation.grid);
+        let mut likelihood = ImageLikelihood { observation, model, kind, mesh };
+        // The data: the model at one prior draw near the middle with amplitudes of a bright system, plus noise.
+        let free = likelihood.model.at_latent(&near_the_middle(&likelihood, 0)).0;
+        let at = likelihood.model.evaluate(&free).unwrap();
+        let amplitudes: Vec<f64> = (0..likelihood.model.lights()).map(|j| 3.0 + 2.0 * j as f64).collect();
+        let image = combine(&likelihood.lights(&at), &amplitudes);
+        let mut rng = stream(3, 0, random::Stage::NoiseImage, 0);
+        likelihood.observation.data_e_s = image
+            .into_iter()
+            .map(|m| {
+                m + 0.006 * {
+                    let e: f64 = StandardNormal.sample(&mut rng);
+                    e
+                }
+            })
+            .collect();
+        likelihood
+    }
+
+    /// A draw of the prior, with radii of a lens that fits the image.
+    fn near_the_middle(likelihood: &ImageLikelihood, number: u64) -> Vec<f64> {
+        let mut rng = stream(5, number, random::Stage::Start, 0);
+        let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
+        likelihood
+            .model
+            .free
+            .iter()
+            .map(|p| match p.name.rsplit('.').next().unwrap() {
+                "theta_E" => p.prior.to_latent(1.0 + 0.1 * random()),
+                "R_sersic" => p.prior.to_latent(0.4 * (0.2 * random()).exp()),
+                _ => 0.3 * random(),
+            })
+            .collect()
+    }
+
+    /// The bound on the gradient.
+    const GRADIENT: f64 = 1e-7;
+
+    #[test]
+    fn the_gradient_is_that_of_the_log_posterior() {
+        for name in ["simple-full", "simple-minimal", "tidal-minimal", "tidal-flexion"] {
+            for kind in [LikelihoodKind::Gaussian, LikelihoodKind::Lenstronomy] {
+                let likelihood = likelihood(name, kind);
+                let n = likelihood.dimension();
+                for number in 0..4 {
+                    let z = near_the_middle(&likelihood, number);
+                    let mut gradient = vec![0.0; n];
+                    let value = likelihood.log_likelihood_gradient(&z, &mut gradient);
+                    assert_eq!(value, likelihood.log_likelihood(&z));
+                    for i in 0..n {
+                        let moved = |v: f64| {
+                            let mut z = z.clone();
+                            z[i] = v;
+                            likelihood.log_likelihood(&z)
+                        };
+                        let want = derivative(moved, z[i], 2e-4);
+                        assert!(
+                            (gradient[i] - want).abs()
+                                <= GRADIENT * (want.abs() + 1e-3 * value.abs().max(1.0)),
+                            "{name} {kind:?} {}: {:e}, differences {want:e}",
+                            likelihood.model.free[i].name,
+                            gradient[i]
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_metric_is_the_curvature_at_a_noise_free_maximum() {
+        let mut likelihood = likelihood("tidal-minimal", LikelihoodKind::Gaussian);
+        let z = near_the_middle(&likelihood, 0);
+        let free = likelihood.model.at_latent(&z).0;
+        likelihood.observation.data_e_s = likelihood.image(&free).unwrap().model_e_s;
+        let metric = likelihood.curvature(&z).unwrap().metric;
+        let n = likelihood.dimension();
+        for i in 0..n {
+            let by_i = |v: f64, j: usize| {
+                let mut z = z.clone();
+                z[i] = v;
+                let mut gradient = vec![0.0; n];
+                likelihood.log_likelihood_gradient(&z, &mut gradient);
+                z[j] - gradient[j]
+            };
+            for j in 0..n {
+                let want = derivative(|v| by_i(v, j), z[i], 1e-4);
+                let scale = (metric[(i, i)] * metric[(j, j)]).sqrt();
+                // The determinant's own curvature is left out of a Fisher matrix: 1e-3 of the whole.
+                assert!((metric[(i, j)] - want).abs() < 5e-3 * scale, "{i} {j}: {} {want}", metric[(i, j)]);
+            }
+        }
     }
 }

@@ -132,7 +132,12 @@ struct Expansion {
     curvature: Vec<f64>,
 }
 
-fn expand(observation: &Observation, lights: &[Vec<f64>], amplitudes: &DVector<f64>, priors: &[[f64; 2]]) -> Expansion {
+fn expand(
+    observation: &Observation,
+    lights: &[Vec<f64>],
+    amplitudes: &DVector<f64>,
+    priors: &[[f64; 2]],
+) -> Expansion {
     let (background, per_exposure) = noise(observation);
     let model = combine(lights, amplitudes.as_slice());
     let n = model.len();
@@ -264,7 +269,9 @@ fn least_squares(
 fn data_weights(observation: &Observation) -> Vec<f64> {
     let (background, per_exposure) = noise(observation);
     let pixels = observation.data_e_s.iter().zip(&observation.used);
-    pixels.map(|(d, used)| if *used { 1.0 / variance(*d, background, per_exposure)[0] } else { 0.0 }).collect()
+    pixels
+        .map(|(d, used)| if *used { 1.0 / variance(*d, background, per_exposure)[0] } else { 0.0 })
+        .collect()
 }
 
 fn solved(observation: &Observation, lights: &[Vec<f64>], with_adjoint: bool) -> Option<ImageFit> {

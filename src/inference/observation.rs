@@ -27,7 +27,9 @@ impl Observation {
     /// Sizes that do not fit the grid, no pixel used, pixels in use or noise that are not finite and positive.
     pub fn validate(&self) -> Result<()> {
         let n = self.grid.pixels() * self.grid.pixels();
-        for (what, length) in [("pixels of the image", self.data_e_s.len()), ("pixels of the mask", self.used.len())] {
+        for (what, length) in
+            [("pixels of the image", self.data_e_s.len()), ("pixels of the mask", self.used.len())]
+        {
             if length != n {
                 return Err(Error::out_of_range(what, length, &format!("{n}, those of the grid")));
             }
@@ -35,10 +37,19 @@ impl Observation {
         require(self.background_rms_e_s > 0.0, "BKGRMS", self.background_rms_e_s, "positive, in e⁻/s")?;
         require(self.exposure_s > 0.0, "EXPTIME", self.exposure_s, "positive, in s")?;
         if !self.used.contains(&true) {
-            return Err(Error::out_of_range("number of pixels in use", 0, "at least 1 (MASK: 1 = use the pixel)"));
+            return Err(Error::out_of_range(
+                "number of pixels in use",
+                0,
+                "at least 1 (MASK: 1 = use the pixel)",
+            ));
         }
         for (value, used) in self.data_e_s.iter().zip(&self.used) {
-            require(!used || value.is_finite(), "a pixel in use", if *used { *value } else { 0.0 }, "finite")?;
+            require(
+                !used || value.is_finite(),
+                "a pixel in use",
+                if *used { *value } else { 0.0 },
+                "finite",
+            )?;
         }
         Ok(())
     }

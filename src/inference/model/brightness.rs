@@ -57,7 +57,14 @@ impl Evaluation<'_> {
         let mut out = vec![vec![0.0; mesh.x_arcsec.len()]; self.model.free.len()];
         let at = (mesh.x_arcsec.as_slice(), mesh.y_arcsec.as_slice());
         let free: Vec<Option<usize>> = self.model.free_of_slots().collect();
-        differentiate(&self.family(), self.parts(), at, amplitudes, (self.model.mapping_slots(), &free), &mut out);
+        differentiate(
+            &self.family(),
+            self.parts(),
+            at,
+            amplitudes,
+            (self.model.mapping_slots(), &free),
+            &mut out,
+        );
         out
     }
 

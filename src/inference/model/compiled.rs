@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::description::{LightDescription, ModelDescription, ParameterRule, ProfileDescription};
 use crate::error::{Error, Result};
 use crate::inference::prior::Prior;
-use crate::mapping::tidal::LineOfSightKind;
+use crate::mapping::tidal::{LineOfSightKind, LineOfSightModel};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{MassKind, MassModel};
 
@@ -64,7 +64,13 @@ impl CompiledModel {
             for (i, light) in lights.iter().enumerate() {
                 let default = |parameter: &str| (!parameter.ends_with("_sersic")).then_some(0.0);
                 check_light(light)?;
-                slots.add(&numbered(part, i), &light.profile, &Sersic::PARAMETERS, &light.parameters, default)?;
+                slots.add(
+                    &numbered(part, i),
+                    &light.profile,
+                    &Sersic::PARAMETERS,
+                    &light.parameters,
+                    default,
+                )?;
                 amplitude_priors.push(light.amplitude.unwrap_or(WIDE_AMPLITUDE));
             }
         }
@@ -123,6 +129,21 @@ impl CompiledModel {
         }
     }
 
+    /// True for the full line of sight, from which γ_LOS and ω_LOS follow.
+    pub fn has_implied_minimal(&self) -> bool {
+        self.line_of_sight == LineOfSightKind::Full
+    }
+
+    /// The minimal model that the numbers of a full line of sight imply, A_LOS = A_odᵀ A_ds⁻¹ A_os.
+    pub fn implied_minimal(&self, free: &[f64]) -> Option<LineOfSightModel> {
+        if !self.has_implied_minimal() {
+            return None;
+        }
+        let numbers: Vec<f64> =
+            (0..self.line_of_sight.parameters().len()).map(|slot| self.slot_value(slot, free)).collect();
+        self.line_of_sight.build(&numbers).minimal()
+    }
+
     /// Values of all slots.
     pub(super) fn slots(&self, free: &[f64]) -> Vec<f64> {
         (0..self.origins.len()).map(|slot| self.slot_value(slot, free)).collect()
@@ -149,7 +170,8 @@ impl CompiledModel {
 
     /// Slots of the line of sight and of all lenses, which shape β; the lights' follow.
     pub(super) fn mapping_slots(&self) -> usize {
-        self.line_of_sight.parameters().len() + self.lenses.iter().map(|l| l.parameters().len()).sum::<usize>()
+        self.line_of_sight.parameters().len()
+            + self.lenses.iter().map(|l| l.parameters().len()).sum::<usize>()
     }
 
     /// The lenses and lights (sources first, amplitude 1) of the slot values.
@@ -164,9 +186,9 @@ impl CompiledModel {
             lenses.push(kind.build(&slots[at..end])?);
             at = end;
         }
-        let lights = slots[at..].chunks_exact(Sersic::PARAMETERS.len()).map(|p| {
-            Sersic::of_unit_amplitude([p[0], p[1], p[2], p[3], p[4], p[5]])
-        });
+        let lights = slots[at..]
+            .chunks_exact(Sersic::PARAMETERS.len())
+            .map(|p| Sersic::of_unit_amplitude([p[0], p[1], p[2], p[3], p[4], p[5]]));
         Ok((lenses, lights.collect::<Result<_>>()?))
     }
 }
@@ -271,7 +293,8 @@ mod tests {
 
     #[test]
     fn descriptions_that_cannot_be_meant_are_refused() {
-        let light = |p: &str| format!("[[lens_light]]\nprofile = \"SERSIC\"\nparameters = {{ R_sersic = 1, {p} }}\n");
+        let light =
+            |p: &str| format!("[[lens_light]]\nprofile = \"SERSIC\"\nparameters = {{ R_sersic = 1, {p} }}\n");
         for (text, word) in [
             (light("n_sersic = 4, m = 3"), "one of"),
             (light("e1 = 0"), "missing"),

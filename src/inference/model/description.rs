@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::imaging::PixelSampling;
 use crate::inference::likelihood::LikelihoodKind;
 use crate::inference::prior::Prior;
-use crate::imaging::PixelSampling;
 use crate::mapping::tidal::LineOfSightKind;
 
 /// What a parameter is: a number, another parameter's name, or a prior.

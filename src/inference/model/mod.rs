@@ -7,5 +7,5 @@ mod mesh;
 
 pub(crate) use brightness::Evaluation;
 pub use compiled::{CompiledModel, FreeParameter};
-pub use description::{LightDescription, ModelDescription, ParameterRule, ProfileDescription, BUILT_IN};
+pub use description::{BUILT_IN, LightDescription, ModelDescription, ParameterRule, ProfileDescription};
 pub use mesh::Mesh;

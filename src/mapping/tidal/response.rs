@@ -86,7 +86,13 @@ impl<'a> TidalFamily<'a> {
     }
 
     #[inline(always)]
-    fn respond_flexion(&self, model: &FlexionModel, theta: C, own: &mut [C; MOST_NUMBERS], by_lens: &mut [C]) -> C {
+    fn respond_flexion(
+        &self,
+        model: &FlexionModel,
+        theta: C,
+        own: &mut [C; MOST_NUMBERS],
+        by_lens: &mut [C],
+    ) -> C {
         let mut at_theta = [C::zero(); MANY_LENSES];
         let at_theta = &mut at_theta[..by_lens.len()];
         let lens = self.lens_response(theta, at_theta);

@@ -125,7 +125,8 @@ impl Sersic {
             scaled * (f.y * (1.0 + e_sqr + 2.0 * e1) - f.x * (2.0 * e2)),
         );
         by_parameter[0] = by_exponent * (-1.0 / (self.index * self.radius_arcsec));
-        by_parameter[1] = by_exponent * f.exponent * (-1.0 / self.index) - brightness * (s + -1.0) * B_N_SLOPE;
+        by_parameter[1] =
+            by_exponent * f.exponent * (-1.0 / self.index) - brightness * (s + -1.0) * B_N_SLOPE;
         // ∂R²/∂e_j = [2e_j ρ − 2(x²−y²) or 4xy]/(1−e²) + 2e_j R²/(1−e²).
         by_parameter[2] = scaled * ((f.rho + f.r_sqr) * e1 - f.difference);
         by_parameter[3] = scaled * ((f.rho + f.r_sqr) * e2 - f.product * 2.0);

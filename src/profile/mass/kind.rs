@@ -54,9 +54,7 @@ impl MassKind {
             Self::TruncatedNfw => &["Rs", "alpha_Rs", "r_trunc", "e1", "e2", "center_x", "center_y"],
             Self::Sersic => &["k_eff", "R_sersic", "n_sersic", "e1", "e2", "center_x", "center_y"],
             Self::PointMass => &["theta_E", "e1", "e2", "center_x", "center_y"],
-            Self::External => {
-                &["kappa", "gamma1", "gamma2", "g1", "g2", "g3", "g4", "ra_0", "dec_0"]
-            }
+            Self::External => &["kappa", "gamma1", "gamma2", "g1", "g2", "g3", "g4", "ra_0", "dec_0"],
         }
     }
 
@@ -78,9 +76,7 @@ impl MassKind {
         let pair = |i: usize| [v[i], v[i + 1]];
         Ok(match self {
             Self::Epl => MassModel::Epl(Epl::new(v[0], v[1], pair(2), pair(4))?),
-            Self::Nfw => {
-                MassModel::Nfw(Nfw::new(v[0], v[1], pair(4))?.with_elliptical_potential(pair(2))?)
-            }
+            Self::Nfw => MassModel::Nfw(Nfw::new(v[0], v[1], pair(4))?.with_elliptical_potential(pair(2))?),
             Self::TruncatedNfw => {
                 let round = TruncatedNfw::new(v[0], v[1], v[2], pair(5))?;
                 MassModel::TruncatedNfw(round.with_elliptical_potential(pair(3))?)
@@ -102,6 +98,7 @@ impl MassKind {
 
 #[cfg(test)]
 mod tests {
+    use super::super::MassProfile;
     use super::*;
 
     #[test]

@@ -1,0 +1,44 @@
+//! Samplers behind one seam: a run advances block by block until it has converged, and may be stopped between any two.
+//!
+//! A block is a function of (settings, seed, block number, state at its start) alone, so a run that is saved after
+//! any block, killed, read back and continued ends with the same bytes as one never stopped, for any number of
+//! threads.
+
+mod bits;
+mod chains;
+mod ensemble;
+mod nested;
+mod nuts;
+mod run;
+mod target;
+mod whitening;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use chains::{Chain, Chains};
+pub use ensemble::{EnsembleSliceSettings, StretchSettings};
+pub use nested::{Evidence, NestedSettings};
+pub use nuts::NutsSettings;
+pub use run::{Progress, Quantities, SamplerRun};
+pub use target::Problem;
+
+/// The samplers, each with its settings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum SamplerSettings {
+    /// No-U-Turn sampler: gradients and a metric; the fastest where the posterior is smooth.
+    Nuts(NutsSettings),
+    /// Ensemble slice sampling, the method of the paper's zeus: no gradients; for what is not smooth.
+    EnsembleSlice(EnsembleSliceSettings),
+    /// The affine-invariant stretch move, the method of emcee: to compare with others.
+    Stretch(StretchSettings),
+    /// Nested sampling: the evidence, and posteriors with several peaks; many evaluations.
+    Nested(NestedSettings),
+}
+
+impl Default for SamplerSettings {
+    fn default() -> Self {
+        Self::Nuts(NutsSettings::default())
+    }
+}
