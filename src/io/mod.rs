@@ -1,6 +1,7 @@
 //! Files in and out: tables, images, runs; nothing half-written under its final name.
 
 mod atomic_file;
+mod checkpoint_file;
 mod fits_file;
 mod halo_table;
 mod hdf5_objects;
@@ -20,6 +21,7 @@ mod table_fits;
 mod table_hdf5;
 
 pub use atomic_file::{check_writable, write_atomically};
+pub use checkpoint_file::{read_checkpoint, write_checkpoint};
 pub use halo_table::{halo_table, read_haloes, write_haloes};
 pub use image_fits::{ExposureKeywords, ImageFile, PsfKernel};
 pub use lens_model::{LensModelFile, LensOfFile, read_lens_model};
