@@ -45,25 +45,17 @@ fn effective_size(chains: &[Vec<f64>]) -> f64 {
         return count;
     }
     let correlation = |lag: usize| 1.0 - (within - autocovariance(lag)) / total;
-    // Sums of pairs of lags: positive, and never larger than the pair before.
-    let mut pair = 1.0 + correlation(1);
-    let mut sum = pair;
-    let mut lag = 2;
-    let mut last_even = 1.0;
-    while lag + 2 < draws && pair > 0.0 {
-        last_even = correlation(lag);
-        let next = last_even + correlation(lag + 1);
-        if next < 0.0 {
-            pair = next;
-            break;
-        }
-        pair = next.min(pair);
-        sum += pair;
-        last_even = 0.0;
+    // Sums of pairs of lags: positive, and never larger than the pair before. The pair that ends the sequence, by its sign or
+    // as the last there is, counts with its even lag alone and once.
+    let (mut even, mut pair) = (1.0, 1.0 + correlation(1));
+    let (mut sum, mut shrunk, mut lag) = (0.0, pair, 2);
+    while pair > 0.0 && lag + 2 < draws {
+        shrunk = pair.min(shrunk);
+        sum += shrunk;
+        even = correlation(lag);
+        pair = even + correlation(lag + 1);
         lag += 2;
     }
-    // Of the pair that ends the sequence, the even lag still counts where it is positive.
-    let remainder = if pair < 0.0 { last_even.max(0.0) } else { 0.0 };
-    let time = (2.0 * sum - 1.0 + remainder).max(1.0 / count.log10());
+    let time = (2.0 * sum - 1.0 + even.max(0.0)).max(1.0 / count.log10());
     count / time
 }
