@@ -3,6 +3,7 @@
 mod bars;
 mod completions;
 mod distances;
+mod fit;
 mod image;
 mod lens;
 mod map;
@@ -53,6 +54,7 @@ enum Command {
     Map(map::Args),
     Image(image::Args),
     Lens(lens::Args),
+    Fit(Box<fit::Args>),
     Study(study::Args),
     Relations(relations::Args),
     Distances(distances::Args),
@@ -64,7 +66,7 @@ fn main() -> ExitCode {
     match Cli::try_parse() {
         Err(refused) => report_arguments(&refused),
         Ok(cli) => match run(&cli) {
-            Ok(()) => ExitCode::SUCCESS,
+            Ok(code) => code,
             Err(error) => report(&error),
         },
     }
@@ -82,7 +84,7 @@ fn report_arguments(refused: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-fn run(cli: &Cli) -> Result<()> {
+fn run(cli: &Cli) -> Result<ExitCode> {
     if let Some(threads) = cli.threads {
         let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         built.map_err(|e| Error::out_of_range("--threads", threads, &format!("possible here ({e})")))?;
@@ -100,7 +102,14 @@ fn run(cli: &Cli) -> Result<()> {
         Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),
         Command::Completions(args) => completions::run(args),
-    }
+        Command::Fit(args) => {
+            return Ok(match fit::run(args, &bars)? {
+                fit::Outcome::Converged => ExitCode::SUCCESS,
+                fit::Outcome::NotConverged => ExitCode::from(1),
+            });
+        }
+    }?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Prints `error:` and `hint:` to stderr and chooses the exit code.

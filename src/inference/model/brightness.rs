@@ -1,7 +1,5 @@
 //! Surface brightness of a model at the samples of a mesh, and its derivatives forwards and backwards, in SIMD lanes.
 
-use multiversion::multiversion;
-
 use super::compiled::CompiledModel;
 use super::mesh::Mesh;
 use crate::error::Result;
@@ -87,24 +85,22 @@ impl Evaluation<'_> {
 type Points<'a> = (&'a [f64], &'a [f64]);
 type Lights<'a> = (&'a [Sersic], &'a [Sersic]);
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn fill(family: &TidalFamily, (sources, lens_lights): Lights, (x, y): Points, out: &mut [Vec<f64>]) {
     for start in (0..x.len()).step_by(LANES) {
         let theta = Cx::new(Lanes::load(x, start), Lanes::load(y, start));
         let beta = family.beta(theta);
         let (of_source, of_lens) = out.split_at_mut(sources.len());
         for (light, out) in sources.iter().zip(of_source) {
-            light.brightness(beta).store(out, start);
+            light.brightness_lanes(beta).store(out, start);
         }
         for (light, out) in lens_lights.iter().zip(of_lens) {
-            light.brightness(theta).store(out, start);
+            light.brightness_lanes(theta).store(out, start);
         }
     }
 }
 
 const LIGHT_SLOTS: usize = Sersic::PARAMETERS.len();
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn accumulate(
     family: &TidalFamily,
     (sources, lens_lights): Lights,
@@ -124,9 +120,9 @@ fn accumulate(
             let weight = Lanes::load(&adjoint[j], start);
             let mut own = [Lanes::ZERO; LIGHT_SLOTS];
             if j < sources.len() {
-                pull += light.response(beta, &mut own).1.scale(weight);
+                pull += light.response_lanes(beta, &mut own).1.scale(weight);
             } else {
-                light.response(theta, &mut own);
+                light.response_lanes(theta, &mut own);
             }
             for (sum, own) in of_lights[LIGHT_SLOTS * j..].iter_mut().zip(own) {
                 *sum += own * weight;
@@ -138,7 +134,6 @@ fn accumulate(
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn differentiate(
     family: &TidalFamily,
     (sources, lens_lights): Lights,
@@ -162,9 +157,9 @@ fn differentiate(
         for (j, (light, amplitude)) in sources.iter().chain(lens_lights).zip(amplitudes).enumerate() {
             let mut own = [Lanes::ZERO; LIGHT_SLOTS];
             if j < sources.len() {
-                gradient += light.response(beta, &mut own).1 * *amplitude;
+                gradient += light.response_lanes(beta, &mut own).1 * *amplitude;
             } else {
-                light.response(theta, &mut own);
+                light.response_lanes(theta, &mut own);
             }
             for (k, own) in own.into_iter().enumerate() {
                 add(mapping_slots + LIGHT_SLOTS * j + k, own * *amplitude);

@@ -37,6 +37,18 @@ pub enum SamplerSettings {
     Nested(NestedSettings),
 }
 
+impl SamplerSettings {
+    /// The name it is chosen by.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Nuts(_) => "nuts",
+            Self::EnsembleSlice(_) => "ensemble-slice",
+            Self::Stretch(_) => "stretch",
+            Self::Nested(_) => "nested",
+        }
+    }
+}
+
 impl Default for SamplerSettings {
     fn default() -> Self {
         Self::Nuts(NutsSettings::default())

@@ -3,6 +3,8 @@
 //! The minimal models are the full ones with numbers that stand for several (os := los, ds := odᵀ; flexion: see
 //! [`LineOfSightKind`]), so there are two equations to differentiate: full and flexion.
 
+use multiversion::multiversion;
+
 use super::flexion::{Flexion, FlexionModel};
 use super::kind::LineOfSightKind;
 use super::model::LineOfSightModel;
@@ -49,8 +51,12 @@ impl<'a> TidalFamily<'a> {
     }
 
     /// β of the rays θ.
-    #[inline(always)]
     pub fn beta(&self, theta: C) -> C {
+        beta(self, &theta)
+    }
+
+    #[inline(always)]
+    fn beta_here(&self, theta: C) -> C {
         match &self.equation {
             Equation::Full { od, os, ds } => act(os, theta) - act(ds, self.deflection(act(od, theta))),
             Equation::Flexion(model) => {
@@ -61,8 +67,12 @@ impl<'a> TidalFamily<'a> {
     }
 
     /// β of the rays θ, and its derivatives by the numbers of the line of sight followed by the parameters of each lens.
-    #[inline(always)]
     pub fn respond(&self, theta: C, by_parameter: &mut [C]) -> C {
+        respond(self, &theta, by_parameter)
+    }
+
+    #[inline(always)]
+    fn respond_here(&self, theta: C, by_parameter: &mut [C]) -> C {
         let numbers = self.kind.parameters().len();
         let (by_number, by_lens) = by_parameter.split_at_mut(numbers);
         let mut own = [C::zero(); MOST_NUMBERS];
@@ -140,6 +150,17 @@ impl<'a> TidalFamily<'a> {
         }
         sum
     }
+}
+
+// Compiled once for each instruction set and called once for eight rays.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn beta(family: &TidalFamily, theta: &C) -> C {
+    family.beta_here(*theta)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn respond(family: &TidalFamily, theta: &C, by_parameter: &mut [C]) -> C {
+    family.respond_here(*theta, by_parameter)
 }
 
 /// Room for the parameters of eight lenses.

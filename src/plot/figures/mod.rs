@@ -5,6 +5,7 @@ mod flexion_maps;
 mod histograms;
 mod images;
 mod mass_function;
+mod reconstruction;
 mod tidal_maps;
 mod tidal_residuals;
 
@@ -12,6 +13,7 @@ pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
 pub use histograms::{HaloEffects, histograms};
 pub use images::{ImagePairData, ImageRow, ImagesData, image_pair, images};
+pub use reconstruction::{ReconstructionData, reconstruction, source_plane};
 pub use mass_function::{DrawnHaloes, MassFunctionCurve, MassFunctionData, mass_function};
 pub use tidal_maps::{TidalMapsData, tidal_maps};
 pub use tidal_residuals::{TidalResidualsData, tidal_residuals};

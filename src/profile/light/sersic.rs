@@ -1,11 +1,12 @@
 //! The elliptical Sérsic light profile (Sérsic 1963), as lenstronomy's `SERSIC_ELLIPSE`.
 
+use multiversion::multiversion;
 use statrs::function::gamma::ln_gamma;
 
 use super::LightProfile;
 use crate::error::{Result, require};
 use crate::numerics::complex::Cx;
-use crate::numerics::real::Real;
+use crate::numerics::real::{Lanes, Real};
 
 /// Elliptical Sérsic profile I = I_R·exp{−b_n[(R/R_s)^{1/n} − 1]}, R = √(qx² + y²/q) in its own axes.
 ///
@@ -103,14 +104,14 @@ impl Sersic {
 
     /// Surface brightness at one point or in the lanes.
     #[inline(always)]
-    pub(crate) fn brightness<R: Real>(&self, at: Cx<R>) -> R {
+    fn brightness<R: Real>(&self, at: Cx<R>) -> R {
         let s = self.radius(at).exponent.exp();
         ((s + -1.0) * -self.b_n).exp() * self.amplitude
     }
 
     /// Surface brightness, its gradient ∂I/∂x + i∂I/∂y, and its derivatives by [`Self::PARAMETERS`] in `by_parameter`.
     #[inline(always)]
-    pub(crate) fn response<R: Real>(&self, at: Cx<R>, by_parameter: &mut [R; 6]) -> (R, Cx<R>) {
+    fn response<R: Real>(&self, at: Cx<R>, by_parameter: &mut [R; 6]) -> (R, Cx<R>) {
         let f = self.radius(at);
         let s = f.exponent.exp();
         let brightness = ((s + -1.0) * -self.b_n).exp() * self.amplitude;
@@ -135,6 +136,16 @@ impl Sersic {
         (brightness, gradient)
     }
 
+    /// [`Self::brightness`] in lanes.
+    pub(crate) fn brightness_lanes(&self, at: Cx<Lanes>) -> Lanes {
+        brightness_lanes(self, &at)
+    }
+
+    /// [`Self::response`] in lanes.
+    pub(crate) fn response_lanes(&self, at: Cx<Lanes>, by_parameter: &mut [Lanes; 6]) -> (Lanes, Cx<Lanes>) {
+        response_lanes(self, &at, by_parameter)
+    }
+
     /// Surface brightness at the half-light radius, flux per arcsec².
     pub fn amplitude(&self) -> f64 {
         self.amplitude
@@ -150,6 +161,17 @@ impl LightProfile for Sersic {
     fn surface_brightness(&self, x: f64, y: f64) -> f64 {
         self.brightness(Cx::new(x, y))
     }
+}
+
+// Compiled once for each instruction set and called once for eight points.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn brightness_lanes(light: &Sersic, at: &Cx<Lanes>) -> Lanes {
+    light.brightness(*at)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn response_lanes(light: &Sersic, at: &Cx<Lanes>, by_parameter: &mut [Lanes; 6]) -> (Lanes, Cx<Lanes>) {
+    light.response(*at, by_parameter)
 }
 
 /// What value and derivatives of the brightness share at one point.

@@ -2,7 +2,7 @@
 
 use multiversion::multiversion;
 
-use super::{MassModel, MassProfile};
+use super::{Epl, MassModel, MassProfile};
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{LANES, Lanes};
 
@@ -33,10 +33,9 @@ impl<R: crate::numerics::real::Real> Response<R> {
 
 impl MassModel {
     /// Deflection in every lane.
-    #[inline(always)]
     pub(crate) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
         match self {
-            Self::Epl(lens) => lens.complex_deflection(x, y),
+            Self::Epl(lens) => epl_deflection(lens, &x, &y),
             other => {
                 let mut alpha = Cx::<Lanes>::zero();
                 for i in 0..LANES {
@@ -48,7 +47,6 @@ impl MassModel {
     }
 
     /// Deflection, convergence, shear and parameter derivatives in every lane.
-    #[inline(always)]
     pub(crate) fn response_lanes(
         &self,
         x: Lanes,
@@ -56,7 +54,7 @@ impl MassModel {
         by_parameter: &mut [Cx<Lanes>],
     ) -> Response<Lanes> {
         match self {
-            Self::Epl(lens) => lens.response(x, y, by_parameter),
+            Self::Epl(lens) => epl_response(lens, &x, &y, by_parameter),
             other => other.response_lane_by_lane(x, y, by_parameter),
         }
     }
@@ -79,6 +77,17 @@ impl MassModel {
         }
         response
     }
+}
+
+// Compiled once for each instruction set and called once for eight points.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn epl_deflection(lens: &Epl, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
+    lens.complex_deflection(*x, *y)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn epl_response(lens: &Epl, x: &Lanes, y: &Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
+    lens.response(*x, *y, by_parameter)
 }
 
 /// The most parameters a profile has.
@@ -110,7 +119,6 @@ pub fn deflections(lens: &MassModel, x_arcsec: &[f64], y_arcsec: &[f64], out: &m
     deflect_all(lens, x_arcsec, y_arcsec, out);
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn deflect_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut [Vec<f64>; 2]) {
     for start in (0..x.len()).step_by(LANES) {
         let alpha = lens.deflection_lanes(Lanes::load(x, start), Lanes::load(y, start));
@@ -125,7 +133,6 @@ pub fn responses(lens: &MassModel, x_arcsec: &[f64], y_arcsec: &[f64], out: &mut
     respond_all(lens, x_arcsec, y_arcsec, out);
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn respond_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut Responses) {
     let mut by_parameter = [Cx::<Lanes>::zero(); MOST_PARAMETERS];
     let by_parameter = &mut by_parameter[..out.by_parameter.len()];
