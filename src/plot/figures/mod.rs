@@ -1,5 +1,6 @@
 //! The figures of this project, one file each: plain saved numbers in, a [`Figure`] out.
 
+mod corner;
 mod cylinder;
 mod flexion_maps;
 mod histograms;
@@ -8,7 +9,9 @@ mod mass_function;
 mod reconstruction;
 mod tidal_maps;
 mod tidal_residuals;
+mod trace_plot;
 
+pub use corner::{CornerData, CornerParameter, CornerPosterior, corner};
 pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
 pub use histograms::{HaloEffects, histograms};
@@ -17,6 +20,7 @@ pub use reconstruction::{ReconstructionData, reconstruction, source_plane};
 pub use mass_function::{DrawnHaloes, MassFunctionCurve, MassFunctionData, mass_function};
 pub use tidal_maps::{TidalMapsData, tidal_maps};
 pub use tidal_residuals::{TidalResidualsData, tidal_residuals};
+pub use trace_plot::{TraceParameter, trace_plot};
 
 use super::{Anchor, Axis, Circle, Colour, ColourBar, ColourMap, Figure, Mark, Norm, Panel, Raster, Side};
 use super::{Stroke, Text, TextAt};
