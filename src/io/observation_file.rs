@@ -29,7 +29,11 @@ pub fn read_observation(path: &Path) -> Result<(Observation, ExposureKeywords)> 
 fn observation(image: &ImageFile) -> Result<Observation> {
     if image.nx != image.ny {
         let size = format!("{}×{} pixels", image.nx, image.ny);
-        return Err(Error::out_of_range("size of the image", size, "square; cut it out, or mask what is added"));
+        return Err(Error::out_of_range(
+            "size of the image",
+            size,
+            "square; cut it out, or mask what is added",
+        ));
     }
     let keywords = &image.keywords;
     let missing = |name: &str, what: &str| Error::out_of_range(name, "missing", what);
@@ -38,7 +42,12 @@ fn observation(image: &ImageFile) -> Result<Observation> {
     let background_rms_e_s =
         background.ok_or_else(|| missing("BKGRMS", "the background rms per pixel in e⁻/s"))?;
     if let (Some(lens), Some(source)) = (keywords.z_lens, keywords.z_source) {
-        require(lens > 0.0 && lens < source, "ZLENS", lens, &format!("above 0 and below ZSOURCE = {source}"))?;
+        require(
+            lens > 0.0 && lens < source,
+            "ZLENS",
+            lens,
+            &format!("above 0 and below ZSOURCE = {source}"),
+        )?;
     }
     Ok(Observation {
         grid: SkyGrid::new(image.nx, image.pixel_scale_arcsec)?,
@@ -54,9 +63,11 @@ fn psf(image: &ImageFile) -> Result<Psf> {
     /// Sums of kernels that differ by more than this from 1 are a mistake, not rounding.
     const NORMALISED: f64 = 1e-3;
     match (&image.psf, image.keywords.psf_fwhm_arcsec) {
-        (Some(_), Some(fwhm)) => {
-            Err(Error::out_of_range("PSFFWHM", fwhm, "left out beside an extension PSF: one of the two holds"))
-        }
+        (Some(_), Some(fwhm)) => Err(Error::out_of_range(
+            "PSFFWHM",
+            fwhm,
+            "left out beside an extension PSF: one of the two holds",
+        )),
         (None, None) => {
             let allowed = "the FWHM of a Gaussian PSF in arcsec (0 for none), or an extension PSF";
             Err(Error::out_of_range("PSFFWHM", "missing", allowed))

@@ -1,5 +1,6 @@
 //! The whole chain as values: config → haloes → line of sight → diagnostics, maps, images.
 
+mod advantage;
 mod haloes;
 mod progress;
 mod relations;
@@ -7,7 +8,9 @@ mod simulate;
 mod summary;
 mod tidal_study;
 mod view;
+mod view_fits;
 
+pub use advantage::{Advantage, advantage, table1_exposure};
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;
@@ -15,3 +18,4 @@ pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{TidalResidual, rms, tidal_residual, tidal_study};
 pub use view::{LensAndSource, View, line_of_sight};
+pub use view_fits::{ViewFit, fit_views};

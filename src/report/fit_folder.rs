@@ -6,7 +6,10 @@ use crate::error::{Error, Result};
 use crate::inference::{Fit, ParameterSummary};
 use crate::io::{PosteriorVariable, Provenance, Staging, write_posterior};
 use crate::plot::Figure;
-use crate::plot::figures::{GridData, ReconstructionData, reconstruction, source_plane};
+use crate::plot::figures::{
+    CornerData, CornerParameter, CornerPosterior, GridData, ReconstructionData, TraceParameter, corner,
+    reconstruction, source_plane, trace_plot,
+};
 use crate::profile::light::{LightProfile, Sersic};
 
 /// What `summary.json` holds.
@@ -99,7 +102,12 @@ pub fn write_fit(
         .iter()
         .filter_map(|p| {
             let draws = fit.draws_of(&p.name)?;
-            Some(PosteriorVariable { name: p.name.clone(), unit: p.unit.into(), label: label_of(&p.name), draws })
+            Some(PosteriorVariable {
+                name: p.name.clone(),
+                unit: p.unit.into(),
+                label: label_of(&p.name),
+                draws,
+            })
         })
         .collect();
     let attributes = [("converged", i64::from(summary.converged).into())];
@@ -113,8 +121,62 @@ pub fn write_fit(
     if let Some(source) = source_figure(fit) {
         figure("source", source)?;
     }
-    let _ = truths;
-    Ok(())
+    let names: Vec<&str> = fit.parameters.iter().map(|p| p.name.as_str()).collect();
+    figure("corner", corner_figure(&[("", fit)], &names, truths))?;
+    let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
+    if shears.len() > 1 {
+        figure("corner_shear", corner_figure(&[("", fit)], &shears, truths))?;
+    }
+    figure("trace", trace_figure(fit, truths))
+}
+
+/// Corner plot of the named quantities of one or more fits, each with its name in the legend.
+pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[(String, f64)]) -> Figure {
+    let labels: Vec<String> = names.iter().map(|name| label_of(name)).collect();
+    let unit = |name: &str| {
+        let mut all = fits.iter().flat_map(|(_, fit)| &fit.parameters);
+        all.find(|p| p.name == name).map_or("", |p| p.unit)
+    };
+    let parameters: Vec<CornerParameter> = names
+        .iter()
+        .zip(&labels)
+        .map(|(name, label)| CornerParameter { label, unit: unit(name), truth: truth_of(truths, name) })
+        .collect();
+    let draws: Vec<Vec<Vec<f64>>> = fits
+        .iter()
+        .map(|(_, fit)| names.iter().map(|n| fit.draws_of(n).unwrap_or_default().concat()).collect())
+        .collect();
+    let posteriors: Vec<CornerPosterior> = fits
+        .iter()
+        .zip(&draws)
+        .map(|((legend, _), draws)| CornerPosterior {
+            legend,
+            draws: draws.iter().map(Vec::as_slice).collect(),
+        })
+        .collect();
+    corner(&CornerData { parameters: &parameters, posteriors: &posteriors })
+}
+
+/// Draws of every chain, parameter by parameter.
+fn trace_figure(fit: &Fit, truths: &[(String, f64)]) -> Figure {
+    let labels: Vec<String> = fit.parameters.iter().map(|p| label_of(&p.name)).collect();
+    let draws: Vec<Vec<Vec<f64>>> =
+        fit.parameters.iter().map(|p| fit.draws_of(&p.name).unwrap_or_default()).collect();
+    let parameters: Vec<TraceParameter> = fit
+        .parameters
+        .iter()
+        .zip(labels.iter().zip(&draws))
+        .map(|(p, (label, draws))| TraceParameter {
+            label,
+            chains: draws.iter().map(Vec::as_slice).collect(),
+            truth: truth_of(truths, &p.name),
+        })
+        .collect();
+    trace_plot(&parameters)
+}
+
+fn truth_of(truths: &[(String, f64)], name: &str) -> Option<f64> {
+    truths.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
 }
 
 /// Data, model and residual of a fit.
@@ -170,21 +232,23 @@ pub fn label_of(name: &str) -> String {
             format!("{}_{{{}}}^{{{}}}", &flexion[..1], &flexion[1..], place_name(place))
         }
         _ => match own {
-            "theta_E" => "θ_{E} [arcsec]".into(),
-            "gamma" => "slope γ".into(),
+            "theta_E" => "θ_{E}".into(),
+            "gamma" => "γ".into(),
             "e1" => "e_{1}".into(),
             "e2" => "e_{2}".into(),
-            "R_sersic" => "R [arcsec]".into(),
+            "R_sersic" => "R".into(),
             "n_sersic" => "n".into(),
-            "center_x" => "x [arcsec]".into(),
-            "center_y" => "y [arcsec]".into(),
+            "center_x" => "x".into(),
+            "center_y" => "y".into(),
             other => other.into(),
         },
     };
-    match part {
-        "" | "lens" => label,
-        part => format!("{} {label}", part.replace('_', " ")),
-    }
+    let of = match part.trim_end_matches(char::is_numeric) {
+        "source" => "s",
+        "lens_light" => "l",
+        _ => return label,
+    };
+    format!("{label}^{{{of}}}")
 }
 
 /// `los` stands in capitals.
@@ -201,8 +265,8 @@ mod tests {
         assert_eq!(label_of("gamma1_los"), "γ_{1}^{LOS}");
         assert_eq!(label_of("omega_los"), "ω_{LOS}");
         assert_eq!(label_of("F2_1los"), "F_{2}^{1los}");
-        assert_eq!(label_of("lens.theta_E"), "θ_{E} [arcsec]");
-        assert_eq!(label_of("source.R_sersic"), "source R [arcsec]");
-        assert_eq!(label_of("lens_light.n_sersic"), "lens light n");
+        assert_eq!(label_of("lens.theta_E"), "θ_{E}");
+        assert_eq!(label_of("source.e1"), "e_{1}^{s}");
+        assert_eq!(label_of("lens_light.n_sersic"), "n^{l}");
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::ValueEnum;
@@ -106,6 +107,15 @@ pub enum Outcome {
     NotConverged,
 }
 
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Converged => Self::SUCCESS,
+            Outcome::NotConverged => Self::from(1),
+        }
+    }
+}
+
 pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let description = args.model.as_deref().map(description).transpose()?;
     let (Some(image), Some(output), Some(mut description), false) =
@@ -145,7 +155,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let start = Instant::now();
     let seconds = || before + start.elapsed().as_secs_f64();
     let fit = Fit::run(observation, model, settings, saved.map(|(run, _)| run), |stage| {
-        watch(stage, bars, |run| write_checkpoint(&checkpoint, &command, &(run, seconds())))
+        watch(&description.name, stage, bars, |run| {
+            write_checkpoint(&checkpoint, &command, &(run, seconds()))
+        })
     })?;
     bars.finish();
     let summary = FitSummary::of(&fit, &description.name, seconds());
@@ -161,16 +173,21 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
 }
 
 /// Shows where a fit stands, and saves the run after every block.
-pub fn watch(stage: FitStage, bars: &Bars, save: impl FnOnce(&SamplerRun) -> Result<()>) -> Result<()> {
+pub fn watch(
+    name: &str,
+    stage: FitStage,
+    bars: &Bars,
+    save: impl FnOnce(&SamplerRun) -> Result<()>,
+) -> Result<()> {
     match stage {
-        FitStage::Searching => bars.tell("looking for a start".into()),
+        FitStage::Searching => bars.tell(format!("{name}: looking for a start")),
         FitStage::Sampling(run, progress) => {
             bars.tell(if progress.is_warming_up {
-                format!("warming up, {} evaluations", progress.evaluations)
+                format!("{name}: warming up, {} evaluations", progress.evaluations)
             } else {
                 let worst = progress.worst;
                 format!(
-                    "{} draws, R-hat {:.3}, ESS {:.0}",
+                    "{name}: {} draws, R-hat {:.3}, ESS {:.0}",
                     progress.draws,
                     worst.r_hat,
                     worst.ess_bulk.min(worst.ess_tail)
@@ -214,12 +231,14 @@ fn read_truths(path: &Path) -> Result<Vec<(String, f64)>> {
     Ok(values.into_iter().collect())
 }
 
-fn toml_of(description: &ModelDescription) -> String {
+pub fn toml_of(description: &ModelDescription) -> String {
     toml::to_string_pretty(description).unwrap_or_else(|error| format!("# {error}\n"))
 }
 
 fn list() -> String {
-    let mut text = String::from("Built-in models (`haloray fit --list --model NAME` prints one to copy and change):\n\n");
+    let mut text = String::from(
+        "Built-in models (`haloray fit --list --model NAME` prints one to copy and change):\n\n",
+    );
     for (name, toml) in BUILT_IN {
         let about = ModelDescription::parse(toml).map_or_else(|e| e.to_string(), |d| d.about);
         let _ = writeln!(text, "{name:<16} {about}");
@@ -230,7 +249,7 @@ fn list() -> String {
 }
 
 /// The posterior as a person reads it.
-fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
+pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
     let mut text = format!(
         "\n{:<24} {:>11} {:>11} {:>24} {:>8} {:>8}\n",
         "parameter", "median", "best fit", "68% interval", "R-hat", "ESS"
@@ -262,7 +281,11 @@ fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
         summary.chi2_reduced,
         summary.evaluations,
         summary.seconds,
-        if summary.divergences > 0 { format!(", {} divergences", summary.divergences) } else { String::new() },
+        if summary.divergences > 0 {
+            format!(", {} divergences", summary.divergences)
+        } else {
+            String::new()
+        },
     );
     text
 }

@@ -1,5 +1,6 @@
 //! The `haloray` command: reads arguments, runs one subcommand, turns errors into exit codes.
 
+mod advantage;
 mod bars;
 mod completions;
 mod distances;
@@ -91,23 +92,18 @@ fn run(cli: &Cli) -> Result<ExitCode> {
     }
     let bars = bars::Bars::new(cli.quiet);
     match &cli.command {
-        Command::Simulate(args) => simulate::run(args, &bars),
         Command::Populate(args) => populate::run(args, &bars),
         Command::Trace(args) => trace::run(args, &bars),
         Command::Map(args) => map::run(args, &bars),
         Command::Image(args) => image::run(args, &bars),
         Command::Lens(args) => lens::run(args, &bars),
-        Command::Study(args) => study::run(args, &bars),
         Command::Relations(args) => relations::run(args, &bars),
         Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),
         Command::Completions(args) => completions::run(args),
-        Command::Fit(args) => {
-            return Ok(match fit::run(args, &bars)? {
-                fit::Outcome::Converged => ExitCode::SUCCESS,
-                fit::Outcome::NotConverged => ExitCode::from(1),
-            });
-        }
+        Command::Simulate(args) => return Ok(simulate::run(args, &bars)?.into()),
+        Command::Study(args) => return Ok(study::run(args, &bars)?.into()),
+        Command::Fit(args) => return Ok(fit::run(args, &bars)?.into()),
     }?;
     Ok(ExitCode::SUCCESS)
 }

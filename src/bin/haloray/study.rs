@@ -8,7 +8,9 @@ use haloray::io::{Column, RAYS_GROUP, Staging, Table};
 use haloray::pipeline::{TidalResidual, rms, tidal_study};
 use haloray::report::tidal_residual_figure;
 
+use crate::advantage::{self, AdvantageArgs};
 use crate::bars::Bars;
+use crate::fit::Outcome;
 use crate::output::print_files;
 use crate::settings::{Settings, provenance};
 
@@ -22,6 +24,7 @@ pub struct Args {
 #[derive(Subcommand)]
 enum Study {
     Tidal(TidalArgs),
+    Advantage(AdvantageArgs),
 }
 
 /// What the tidal and flexion models of the line of sight leave of the traced rays.
@@ -45,8 +48,14 @@ struct TidalArgs {
     output: PathBuf,
 }
 
-pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    let Study::Tidal(args) = &args.study;
+pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
+    match &args.study {
+        Study::Tidal(args) => run_tidal(args, bars).map(|()| Outcome::Converged),
+        Study::Advantage(args) => advantage::run(args, bars),
+    }
+}
+
+fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
     let provenance = provenance(&config)?;
     let staging = Staging::begin(&args.output)?;
