@@ -5,7 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::latent::LatentLikelihood;
-use super::likelihood::{ImageFit, LikelihoodKind, combine, pixel_information};
+use super::likelihood::{ImageFit, LikelihoodKind, combine, informations};
 use super::model::{CompiledModel, Evaluation, Mesh};
 use super::observation::Observation;
 use super::start::Start;
@@ -83,7 +83,7 @@ impl ImageLikelihood {
         let (at, lights, fit) = self.fit(&free, true)?;
         let mut gradient = DVector::from_vec(self.gradient(&at, &fit, &slopes));
         let n = self.observation.grid.pixels();
-        let weight = pixel_information(&self.observation, &combine(&lights, &fit.amplitudes));
+        let [weight, _] = informations(&self.observation, &combine(&lights, &fit.amplitudes));
         let scaled =
             |image: Vec<f64>| image.iter().zip(&weight).map(|(v, w)| v * w.sqrt()).collect::<Vec<_>>();
         let columns = at.columns(&self.mesh, &fit.amplitudes);

@@ -9,11 +9,13 @@
 //! lenstronomy's: amplitudes from least squares weighted by the variance of the *data*, ln L = −½Σ(d−m)²/v(m).
 //! Both come with ∂lnL/∂B, the only thing that gradients need.
 
+use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::observation::Observation;
+use crate::numerics::real::{LANES, Lanes};
 
 /// Which likelihood.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -78,11 +80,15 @@ fn information(model: f64, background: f64, per_exposure: f64) -> [f64; 2] {
     [inverse + 0.5 * w * w, -inverse * w - w * w * w]
 }
 
-/// Fisher information of the model flux in every pixel, 0 where it is not used.
-pub(crate) fn pixel_information(observation: &Observation, model: &[f64]) -> Vec<f64> {
+/// Fisher information of the model flux in every pixel and its derivative, 0 where it is not used.
+pub(crate) fn informations(observation: &Observation, model: &[f64]) -> [Vec<f64>; 2] {
     let (background, per_exposure) = noise(observation);
-    let pixels = model.iter().zip(&observation.used);
-    pixels.map(|(m, used)| if *used { information(*m, background, per_exposure)[0] } else { 0.0 }).collect()
+    let pixels = || model.iter().zip(&observation.used);
+    let of = |m: f64, used: bool| if used { information(m, background, per_exposure) } else { [0.0; 2] };
+    [
+        pixels().map(|(m, used)| of(*m, *used)[0]).collect(),
+        pixels().map(|(m, used)| of(*m, *used)[1]).collect(),
+    ]
 }
 
 fn noise(observation: &Observation) -> (f64, f64) {
@@ -104,8 +110,7 @@ fn products(lights: &[Vec<f64>], weight: &[f64]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(k, k);
     for i in 0..k {
         for j in 0..=i {
-            let pixels = lights[i].iter().zip(&lights[j]).zip(weight);
-            matrix[(i, j)] = sum(pixels.map(|((a, b), w)| a * b * w));
+            matrix[(i, j)] = weighted_sum(&lights[i], &lights[j], weight);
             matrix[(j, i)] = matrix[(i, j)];
         }
     }
@@ -113,19 +118,22 @@ fn products(lights: &[Vec<f64>], weight: &[f64]) -> DMatrix<f64> {
 }
 
 fn project(lights: &[Vec<f64>], weight: &[f64]) -> DVector<f64> {
-    DVector::from_iterator(lights.len(), lights.iter().map(|b| sum(b.iter().zip(weight).map(|(b, w)| b * w))))
+    let ones = vec![1.0; weight.len()];
+    DVector::from_iterator(lights.len(), lights.iter().map(|light| weighted_sum(light, weight, &ones)))
 }
 
-/// A sum in eight interleaved parts, which the compiler keeps in SIMD registers.
-fn sum(terms: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let mut parts = [0.0; 8];
-    for (i, term) in terms.enumerate() {
-        parts[i % 8] += term;
+/// Σ a·b·w in eight interleaved parts, which stay in SIMD registers.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn weighted_sum(a: &[f64], b: &[f64], w: &[f64]) -> f64 {
+    let mut parts = Lanes::ZERO;
+    for start in (0..a.len()).step_by(LANES) {
+        parts +=
+            Lanes::load_or_zero(a, start) * Lanes::load_or_zero(b, start) * Lanes::load_or_zero(w, start);
     }
-    parts.iter().sum()
+    parts.sum()
 }
 
-/// ℓ, ℓ′, −ℓ″ of every pixel, 0 where it is not used, and the whole objective with the prior of the amplitudes.
+/// ℓ′ and −ℓ″ of every pixel, 0 where it is not used, and Σℓ with the prior of the amplitudes.
 struct Expansion {
     value: f64,
     first: Vec<f64>,
@@ -138,23 +146,48 @@ fn expand(
     amplitudes: &DVector<f64>,
     priors: &[[f64; 2]],
 ) -> Expansion {
-    let (background, per_exposure) = noise(observation);
     let model = combine(lights, amplitudes.as_slice());
     let n = model.len();
     let mut out = Expansion { value: 0.0, first: vec![0.0; n], curvature: vec![0.0; n] };
-    let mut parts = [0.0; 8];
-    for i in 0..n {
-        let [value, first, second] = pixel(observation.data_e_s[i], model[i], background, per_exposure);
-        let on = f64::from(u8::from(observation.used[i]));
-        parts[i % 8] += on * value;
-        out.first[i] = on * first;
-        out.curvature[i] = -on * second;
-    }
-    out.value = parts.iter().sum();
+    let pixels = Pixels { data: &observation.data_e_s, used: &observation.used, noise: noise(observation) };
+    out.value = expand_pixels(&pixels, &model, &mut out.first, &mut out.curvature);
     for (a, [mean, sd]) in amplitudes.iter().zip(priors) {
         out.value -= 0.5 * ((a - mean) / sd).powi(2);
     }
     out
+}
+
+/// What the loop over pixels reads: data, mask, background variance and 1/exposure.
+struct Pixels<'a> {
+    data: &'a [f64],
+    used: &'a [bool],
+    noise: (f64, f64),
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn expand_pixels(pixels: &Pixels, model: &[f64], first: &mut [f64], curvature: &mut [f64]) -> f64 {
+    let (background, per_exposure) = pixels.noise;
+    let mut sum = Lanes::ZERO;
+    for start in (0..model.len()).step_by(LANES) {
+        let mut values = [Lanes::ZERO; 3];
+        let (data, model) = (Lanes::load(pixels.data, start), Lanes::load(model, start));
+        for i in 0..LANES {
+            let [value, one, two] = pixel(data.0[i], model.0[i], background, per_exposure);
+            (values[0].0[i], values[1].0[i], values[2].0[i]) = (value, one, -two);
+        }
+        for (i, used) in pixels.used[start..].iter().take(LANES).enumerate() {
+            if !used {
+                values.iter_mut().for_each(|v| v.0[i] = 0.0);
+            }
+        }
+        for i in pixels.used.len().saturating_sub(start)..LANES {
+            values[0].0[i] = 0.0;
+        }
+        sum += values[0];
+        values[1].store(first, start);
+        values[2].store(curvature, start);
+    }
+    sum.sum()
 }
 
 fn marginalised(
@@ -169,13 +202,9 @@ fn marginalised(
     let mut a = least_squares(observation, lights, &precision, &mean)?;
     let (expansion, curvature) = maximise(observation, lights, priors, (&precision, &mean), &mut a)?;
 
-    let (background, per_exposure) = noise(observation);
     let model = combine(lights, a.as_slice());
-    let informations: Vec<[f64; 2]> = (0..model.len())
-        .map(|i| if observation.used[i] { information(model[i], background, per_exposure) } else { [0.0; 2] })
-        .collect();
-    let weights: Vec<f64> = informations.iter().map(|f| f[0]).collect();
-    let fisher = (products(lights, &weights) + &diagonal).cholesky()?;
+    let [f, df] = informations(observation, &model);
+    let fisher = (products(lights, &f) + &diagonal).cholesky()?;
     let ln_det: f64 = 2.0 * fisher.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
     let constant = -0.5 * std::f64::consts::TAU.ln() * observation.pixels_in_use() as f64;
     let log_likelihood =
@@ -184,30 +213,27 @@ fn marginalised(
     if with_adjoint {
         // T = −½ ln det F depends on B directly and through â, where −H dâ + d(Bᵀℓ′) = 0.
         let inverse = fisher.inverse();
-        let k = lights.len();
-        let spread = |i: usize| DVector::from_iterator(k, lights.iter().map(|b| b[i]));
-        let mut by_amplitude = DVector::zeros(k);
-        let columns: Vec<(DVector<f64>, f64)> = (0..model.len())
-            .map(|i| {
-                let b = spread(i);
-                let solved = &inverse * &b;
-                let q = solved.dot(&b);
-                by_amplitude.axpy(-0.5 * informations[i][1] * q, &b, 1.0);
-                (solved, q)
+        // F⁻¹B and q = BᵀF⁻¹B of every pixel.
+        let solved: Vec<Vec<f64>> = inverse.column_iter().map(|c| combine(lights, c.as_slice())).collect();
+        let mut q = vec![0.0; model.len()];
+        for (light, solved) in lights.iter().zip(&solved) {
+            q.iter_mut().zip(light.iter().zip(solved)).for_each(|(q, (b, s))| *q += b * s);
+        }
+        let by_amplitude = lights.iter().map(|light| -0.5 * weighted_sum(light, &df, &q));
+        let y = curvature.lu().solve(&DVector::from_iterator(lights.len(), by_amplitude))?;
+        let pulled = combine(lights, y.as_slice());
+        adjoint = (0..lights.len())
+            .map(|j| {
+                let (first, curvature) = (&expansion.first, &expansion.curvature);
+                (0..model.len())
+                    .map(|i| {
+                        first[i] * (a[j] + y[j])
+                            - f[i] * solved[j][i]
+                            - a[j] * (curvature[i] * pulled[i] + 0.5 * df[i] * q[i])
+                    })
+                    .collect()
             })
             .collect();
-        let y = curvature.lu().solve(&by_amplitude)?;
-        adjoint = vec![vec![0.0; model.len()]; k];
-        for (i, (solved, q)) in columns.iter().enumerate() {
-            let [f, df] = informations[i];
-            let pulled: f64 = (0..k).map(|j| lights[j][i] * y[j]).sum();
-            for j in 0..k {
-                adjoint[j][i] = expansion.first[i] * (a[j] + y[j])
-                    - expansion.curvature[i] * a[j] * pulled
-                    - f * solved[j]
-                    - 0.5 * df * a[j] * q;
-            }
-        }
     }
     Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood, adjoint })
 }
@@ -221,8 +247,8 @@ fn maximise(
     a: &mut DVector<f64>,
 ) -> Option<(Expansion, DMatrix<f64>)> {
     const MOST_STEPS: usize = 30;
-    /// In units of the posterior standard deviations of the amplitudes: leaves 1e-9 of the gradient.
-    const CONVERGED: f64 = 1e-9;
+    /// A full step this long, in posterior standard deviations of the amplitudes, leaves its square: 1e-10.
+    const CONVERGED: f64 = 1e-5;
     let diagonal = DMatrix::from_diagonal(precision);
     let mut here = expand(observation, lights, a, priors);
     for _ in 0..MOST_STEPS {
@@ -234,7 +260,8 @@ fn maximise(
             return None;
         }
         if gradient.dot(&step) <= CONVERGED * CONVERGED {
-            return Some((here, curvature));
+            *a += step;
+            return Some((expand(observation, lights, a, priors), curvature));
         }
         let mut length = 1.0;
         loop {

@@ -81,6 +81,19 @@ impl Lanes {
         }
     }
 
+    /// Eight numbers from `values[start..]`; beyond the end zero.
+    #[inline(always)]
+    pub fn load_or_zero(values: &[f64], start: usize) -> Self {
+        match values.get(start..start + LANES) {
+            Some(run) => {
+                let mut lanes = Self::ZERO;
+                lanes.0.copy_from_slice(run);
+                lanes
+            }
+            None => Self(std::array::from_fn(|i| values.get(start + i).copied().unwrap_or(0.0))),
+        }
+    }
+
     /// Writes the lanes to `values[start..]`, as many as there is room for.
     #[inline(always)]
     pub fn store(self, values: &mut [f64], start: usize) {
