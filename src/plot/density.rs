@@ -1,8 +1,8 @@
 //! Smoothed densities of draws for display: curves of one quantity, contours of two.
 //!
-//! Gaussian kernels with the widths of Scott (1992, Multivariate Density Estimation), in two dimensions with the shape of the
-//! draws' covariance, so that a narrow ridge stays narrow. Draws near an end are mirrored at it: a density that is cut off
-//! keeps its height there, and one that fades out is not changed.
+//! Gaussian kernels with the widths of Scott (1992, Multivariate Density Estimation), in two dimensions with
+//! the shape of the draws' covariance, so that a narrow ridge stays narrow. Draws near an end are mirrored at
+//! it: a density that is cut off keeps its height there, and one that fades out is not changed.
 
 use super::contour::Field;
 
@@ -12,7 +12,8 @@ const CURVE_NODES: usize = 256;
 const FIELD_NODES: usize = 128;
 /// A kernel is cut here, in its widths.
 const KERNEL_REACH: f64 = 4.0;
-/// Kernels in units of Scott's width: draws of a chain tell less than independent ones, and ragged contours nothing.
+/// Kernels in units of Scott's width: draws of a chain tell less than independent ones, and ragged contours
+/// nothing.
 const WIDENING: f64 = 1.2;
 
 /// Abscissae and density of one quantity, its peak 1; `None` for fewer than two different values.

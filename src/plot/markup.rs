@@ -1,4 +1,4 @@
-//! A tiny markup for labels: `κ_{os}` lowers, `10^{-3}` raises, `2^{+1}_{−1}` stacks; everything else is literal text.
+//! A tiny markup for labels: `κ_{os}` lowers, `10^{-3}` raises, `2^{+1}_{−1}` stacks; all else is literal.
 
 use super::font::advance_em;
 

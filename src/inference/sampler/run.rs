@@ -1,5 +1,6 @@
 //! A run of one sampler: its state between blocks, and the loop until convergence.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::SamplerSettings;
@@ -40,7 +41,8 @@ pub struct Progress {
     pub is_warming_up: bool,
     /// Draws kept, of all chains.
     pub draws: usize,
-    /// Draws after which the run stops unconverged, of all chains; `None` for nested sampling, which stops by itself.
+    /// Draws after which the run stops unconverged, of all chains; `None` for nested sampling, which stops by
+    /// itself.
     pub max_draws: Option<usize>,
     /// Evaluations of the likelihood or its gradient.
     pub evaluations: u64,
@@ -62,8 +64,8 @@ impl SamplerRun {
     /// Prepares a run.
     ///
     /// # Errors
-    /// [`crate::Error::OutOfRange`] for settings out of their domain, a metric that is not positive definite, missing
-    /// start points or ones where the likelihood is zero, and priors under which it is zero everywhere.
+    /// [`crate::Error::OutOfRange`] for settings out of their domain, a metric that is not positive definite,
+    /// missing start points or ones where the likelihood is zero, and priors under which it is zero everywhere.
     pub fn start(settings: &SamplerSettings, seed: u64, problem: &Problem) -> Result<Self> {
         let dimension = problem.likelihood.dimension();
         let ensemble = |plan: Plan, name: &str| -> Result<(State, Chains)> {
@@ -97,8 +99,8 @@ impl SamplerRun {
         }
     }
 
-    /// Computes blocks until the run is finished; `after_block` sees every block, may save the run, and may stop it
-    /// by an error.
+    /// Computes blocks until the run is finished; `after_block` sees every block, may save the run, and may
+    /// stop it by an error.
     ///
     /// # Errors
     /// Those of `after_block`.
@@ -154,6 +156,7 @@ impl SamplerRun {
             self.chains.chains.iter().map(|chain| values_of_chain(&chain.z)).collect();
         let count = values.first().and_then(|chain| chain.first()).map_or(0, Vec::len);
         (0..count)
+            .into_par_iter()
             .map(|quantity| {
                 let of = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| draw[quantity]).collect();
                 let chains: Vec<Vec<f64>> = values.iter().map(of).collect();

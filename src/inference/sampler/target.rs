@@ -31,7 +31,8 @@ impl Problem<'_> {
         )
     }
 
-    /// A point around the start of that number: start + `spread`·L·N(0, 1), nearer where the likelihood is zero.
+    /// A point around the start of that number: start + `spread`·L·N(0, 1), nearer where the likelihood is
+    /// zero.
     pub(super) fn scattered(
         &self,
         number: usize,
