@@ -17,6 +17,39 @@ use crate::inference::convergence::Convergence;
 pub type Quantities<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
 /// A run between two blocks. It can be saved (serde; every bit survives) and continued.
+///
+/// ```
+/// use haloray::inference::LatentLikelihood;
+/// use haloray::inference::sampler::{Problem, SamplerRun, SamplerSettings};
+///
+/// /// One measurement of z: 1.0 ± 0.5.
+/// struct Measurement;
+/// impl LatentLikelihood for Measurement {
+///     fn dimension(&self) -> usize {
+///         1
+///     }
+///     fn log_likelihood(&self, z: &[f64]) -> f64 {
+///         -2.0 * (z[0] - 1.0).powi(2)
+///     }
+///     fn log_likelihood_gradient(&self, z: &[f64], gradient: &mut [f64]) -> f64 {
+///         gradient[0] = -4.0 * (z[0] - 1.0);
+///         self.log_likelihood(z)
+///     }
+/// }
+///
+/// let problem = Problem { likelihood: &Measurement, starts: &[vec![0.0]], metric: None };
+/// let mut run = SamplerRun::start(&SamplerSettings::default(), 42, &problem)?;
+/// let progress = run.finish(&Measurement, &|z| z.to_vec(), |run, _| {
+///     let saved = serde_json::to_string(run).unwrap_or_default(); // what a killed run continues from
+///     assert!(!saved.is_empty());
+///     Ok(())
+/// })?;
+/// assert!(progress.is_converged);
+/// let draws = run.chains().coordinate(0).concat();
+/// let mean = draws.iter().sum::<f64>() / draws.len() as f64;
+/// assert!((mean - 0.8).abs() < 0.1); // prior N(0, 1) and measurement together: 0.8 ± 0.45
+/// # Ok::<(), haloray::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SamplerRun {
     settings: SamplerSettings,
