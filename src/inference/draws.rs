@@ -49,10 +49,11 @@ impl DrawStatistics {
         })
     }
 
-    /// Whether the interval keeps clear of both ends of a prior: farther from them than `tolerance` times its width.
+    /// Whether the interval keeps clear of both ends of a prior: farther from them than `tolerance` times its
+    /// width.
     ///
-    /// The paper calls a parameter whose interval touches an end unbounded. The shortest interval of draws never
-    /// quite reaches an end, hence the tolerance.
+    /// The paper calls a parameter whose interval touches an end unbounded. The shortest interval of draws
+    /// never quite reaches an end, hence the tolerance.
     pub fn is_bounded(&self, prior_low: f64, prior_high: f64, tolerance: f64) -> bool {
         let margin = tolerance * (self.hpd68_high - self.hpd68_low);
         self.hpd68_low - prior_low > margin && prior_high - self.hpd68_high > margin
@@ -68,7 +69,8 @@ fn shortest_interval(sorted: &[f64], fraction: f64) -> (f64, f64) {
         .unwrap_or((0.0, 0.0))
 }
 
-/// Quantile by linear interpolation between order statistics (type 7 of Hyndman & Fan 1996); NaN without values.
+/// Quantile by linear interpolation between order statistics (type 7 of Hyndman & Fan 1996); NaN without
+/// values.
 pub(crate) fn quantile_of_sorted(sorted: &[f64], probability: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = probability.clamp(0.0, 1.0) * last as f64;

@@ -17,7 +17,8 @@ struct Checkpoint<State> {
     state: State,
 }
 
-/// Saves a state; `command` is everything that must be the same for it to be continued: configuration, seed, data.
+/// Saves a state; `command` is everything that must be the same for it to be continued: configuration, seed,
+/// data.
 ///
 /// # Errors
 /// [`Error::Write`] or [`Error::OutputPlace`].

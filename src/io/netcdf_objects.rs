@@ -1,7 +1,8 @@
 //! netCDF-4 on top of HDF5: dimensions that the netCDF library recognises, and variables over them.
 //!
-//! netCDF-4 files are HDF5 files whose dimensions are dimension scales (HDF5 Dimension Scale Specification 1.0; netCDF-4 file format,
-//! Unidata). The back references REFERENCE_LIST are left out: neither netCDF-C nor h5netcdf reads them.
+//! netCDF-4 files are HDF5 files whose dimensions are dimension scales (HDF5 Dimension Scale Specification 1.0;
+//! netCDF-4 file format, Unidata). The back references REFERENCE_LIST are left out: neither netCDF-C nor
+//! h5netcdf reads them.
 
 use std::io::Write as _;
 use std::path::Path;

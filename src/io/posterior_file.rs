@@ -28,11 +28,13 @@ pub struct PosteriorVariable {
     pub draws: Vec<Vec<f64>>,
 }
 
-/// Writes the variables over (chain, draw) to `/posterior`, and to `/sample_stats` the log-posterior `lp` in latent coordinates,
-/// `log_likelihood` and what else the sampler noted (`diverging`, `energy`, `acceptance_rate`, `tree_depth`).
+/// Writes the variables over (chain, draw) to `/posterior`, and to `/sample_stats` the log-posterior `lp` in
+/// latent coordinates, `log_likelihood` and what else the sampler noted (`diverging`, `energy`,
+/// `acceptance_rate`, `tree_depth`).
 ///
-/// `attributes` go to `/posterior`. Write inside [`Staging`](super::Staging) or [`write_atomically`](super::write_atomically). The walkers of an ensemble are chains here;
-/// the attribute `group_size` says how many consecutive ones move together.
+/// `attributes` go to `/posterior`. Write inside [`Staging`](super::Staging) or
+/// [`write_atomically`](super::write_atomically). The walkers of an ensemble are chains here; the attribute
+/// `group_size` says how many consecutive ones move together.
 ///
 /// # Errors
 /// [`Error::Write`]; [`Error::OutOfRange`] if a variable has other chains or draws than `chains`.

@@ -13,7 +13,8 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Rings around the regions above `level`, higher values on their left; along the border of the grid they are closed.
+    /// Rings around the regions above `level`, higher values on their left; along the border of the grid they
+    /// are closed.
     pub fn rings_above(&self, level: f64) -> Vec<Vec<(f64, f64)>> {
         let mut next: BTreeMap<Edge, Edge> = BTreeMap::new();
         for j in 0..=self.y.len() {
@@ -51,8 +52,8 @@ impl Field {
         (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1))
     }
 
-    /// Walking around a cell counter-clockwise, a contour enters the cell where the walk steps down and leaves it where the walk
-    /// steps up.
+    /// Walking around a cell counter-clockwise, a contour enters the cell where the walk steps down and leaves
+    /// it where the walk steps up.
     fn segments_of_cell(&self, i: usize, j: usize, level: f64, next: &mut BTreeMap<Edge, Edge>) {
         let values = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|node| self.node(node).2);
         let high = values.map(|value| value > level);

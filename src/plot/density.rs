@@ -1,8 +1,8 @@
 //! Smoothed densities of draws for display: curves of one quantity, contours of two.
 //!
-//! Gaussian kernels with the widths of Scott (1992, Multivariate Density Estimation), in two dimensions with the shape of the
-//! draws' covariance, so that a narrow ridge stays narrow. Draws near an end are mirrored at it: a density that is cut off
-//! keeps its height there, and one that fades out is not changed.
+//! Gaussian kernels with the widths of Scott (1992, Multivariate Density Estimation), in two dimensions with
+//! the shape of the draws' covariance, so that a narrow ridge stays narrow. Draws near an end are mirrored at
+//! it: a density that is cut off keeps its height there, and one that fades out is not changed.
 
 use super::contour::Field;
 
@@ -12,7 +12,8 @@ const CURVE_NODES: usize = 256;
 const FIELD_NODES: usize = 128;
 /// A kernel is cut here, in its widths.
 const KERNEL_REACH: f64 = 4.0;
-/// Kernels in units of Scott's width: draws of a chain tell less than independent ones, and ragged contours nothing.
+/// Kernels in units of Scott's width: draws of a chain tell less than independent ones, and ragged contours
+/// nothing.
 const WIDENING: f64 = 1.2;
 
 /// Abscissae and density of one quantity, its peak 1; `None` for fewer than two different values.
@@ -54,15 +55,22 @@ pub(super) fn field(x: &[f64], y: &[f64], fractions: &[f64]) -> Option<(Field, V
     let half = furthest + reach;
     let step = 2.0 * half / FIELD_NODES as f64;
     let mut counts = vec![0.0; FIELD_NODES * FIELD_NODES];
-    for (x, y) in x.iter().zip(&y) {
-        for x in along_x.with_mirror_images(*x, reach) {
-            for y in along_y.with_mirror_images(*y, reach) {
-                let (u, v) = white(x, y);
-                let (i, j) = (((u + half) / step).floor(), ((v + half) / step).floor());
-                let inside = |k: f64| k >= 0.0 && k < FIELD_NODES as f64;
-                if inside(i) && inside(j) {
-                    counts[j as usize * FIELD_NODES + i as usize] += 1.0;
-                }
+    let mut count = |x: f64, y: f64| {
+        let (u, v) = white(x, y);
+        let (i, j) = (((u + half) / step).floor(), ((v + half) / step).floor());
+        let is_inside = |k: f64| k >= 0.0 && k < FIELD_NODES as f64;
+        if is_inside(i) && is_inside(j) {
+            counts[j as usize * FIELD_NODES + i as usize] += 1.0;
+        }
+    };
+    // Mirrored along the ridge, so that a ridge runs straight on behind the end.
+    let slope = correlation * along_y.deviation / along_x.deviation;
+    let inverse_slope = correlation * along_x.deviation / along_y.deviation;
+    for (&x, &y) in x.iter().zip(&y) {
+        for image_x in along_x.with_mirror_images(x, reach) {
+            let y = y + slope * (image_x - x);
+            for image_y in along_y.with_mirror_images(y, reach) {
+                count(image_x + inverse_slope * (image_y - y), image_y);
             }
         }
     }
@@ -120,8 +128,8 @@ impl Spread {
     /// The value, and its images behind ends that a kernel of that reach (in deviations) crosses.
     fn with_mirror_images(&self, value: f64, reach: f64) -> impl Iterator<Item = f64> {
         let reach = reach * self.deviation;
-        let below = (value - self.low < reach).then_some(2.0 * self.low - value);
-        let above = (self.high - value < reach).then_some(2.0 * self.high - value);
+        let below = (0.0..reach).contains(&(value - self.low)).then_some(2.0 * self.low - value);
+        let above = (0.0..reach).contains(&(self.high - value)).then_some(2.0 * self.high - value);
         [Some(value), below, above].into_iter().flatten()
     }
 }

@@ -1,4 +1,4 @@
-//! A tiny markup for labels: `κ_{os}` lowers, `10^{-3}` raises, `2^{+1}_{−1}` stacks; everything else is literal text.
+//! A tiny markup for labels: `κ_{os}` lowers, `10^{-3}` raises, `2^{+1}_{−1}` stacks; all else is literal.
 
 use super::font::advance_em;
 
@@ -8,6 +8,8 @@ const SCRIPT_SIZE: f64 = 0.72;
 const RAISE_EM: f64 = 0.36;
 /// Baseline of a subscript below the line's, in em of the line.
 const LOWER_EM: f64 = 0.18;
+/// How much farther apart the two baselines are, each, where a subscript stands below a superscript.
+const STACKED_EM: f64 = 0.08;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Level {
@@ -56,8 +58,8 @@ fn runs(label: &str) -> Vec<(Level, &str)> {
 /// `dy` and not `baseline-shift`, because Firefox lacks the latter.
 pub(super) fn tspans(label: &str, size_pt: f64) -> String {
     let mut out = String::new();
-    let (mut level_now, mut end_em) = (Level::Line, 0.0);
-    for Placed { level, text, start_em } in placed(label).0 {
+    let (mut level_now, mut offset_now_em, mut end_em) = (Level::Line, 0.0, 0.0);
+    for Placed { level, text, start_em, offset_em } in placed(label).0 {
         let back_em = start_em - end_em;
         end_em = start_em + width_em(level, text);
         if level == Level::Line && level_now == Level::Line {
@@ -65,13 +67,13 @@ pub(super) fn tspans(label: &str, size_pt: f64) -> String {
             continue;
         }
         let dx = if back_em == 0.0 { String::new() } else { format!("dx=\"{:.2}\" ", size_pt * back_em) };
-        let dy_pt = size_pt * (level.offset_em() - level_now.offset_em());
+        let dy_pt = size_pt * (offset_em - offset_now_em);
         let run_size_pt = size_pt * level.relative_size();
         out.push_str(&format!(
             "<tspan {dx}dy=\"{dy_pt:.2}\" font-size=\"{run_size_pt:.2}\">{}</tspan>",
             escape(text)
         ));
-        level_now = level;
+        (level_now, offset_now_em) = (level, offset_em);
     }
     out
 }
@@ -81,11 +83,12 @@ pub(super) fn width_pt(label: &str, size_pt: f64) -> f64 {
     size_pt * placed(label).1
 }
 
-/// A run of one level with its left end, in em of the line.
+/// A run of one level with its left end and its baseline below the line's, in em of the line.
 struct Placed<'a> {
     level: Level,
     text: &'a str,
     start_em: f64,
+    offset_em: f64,
 }
 
 /// The runs of a label, a subscript below the superscript just before it, and the width of all.
@@ -93,12 +96,15 @@ fn placed(label: &str) -> (Vec<Placed<'_>>, f64) {
     let mut all: Vec<Placed> = Vec::new();
     let mut pen_em = 0.0_f64;
     for (level, text) in runs(label) {
-        let start_em = match all.last() {
-            Some(raised) if raised.level == Level::Raised && level == Level::Lowered => raised.start_em,
-            _ => pen_em,
-        };
+        let (mut start_em, mut offset_em) = (pen_em, level.offset_em());
+        let above = all.last_mut().filter(|above| above.level == Level::Raised && level == Level::Lowered);
+        if let Some(above) = above {
+            start_em = above.start_em;
+            above.offset_em -= STACKED_EM;
+            offset_em += STACKED_EM;
+        }
         pen_em = pen_em.max(start_em + width_em(level, text));
-        all.push(Placed { level, text, start_em });
+        all.push(Placed { level, text, start_em, offset_em });
     }
     (all, pen_em)
 }
@@ -142,8 +148,8 @@ mod tests {
     fn a_subscript_stands_below_the_superscript_before_it() {
         let back = SCRIPT_SIZE * 10.0 * 1303.0 / 2048.0;
         let text = tspans("2^{1}_{34} m", 10.0);
-        assert!(text.contains(&format!("<tspan dx=\"-{back:.2}\" dy=\"5.40\"")), "{text}");
-        assert!(text.ends_with("<tspan dy=\"-1.80\" font-size=\"10.00\"> m</tspan>"), "{text}");
+        assert!(text.contains(&format!("<tspan dx=\"-{back:.2}\" dy=\"7.00\"")), "{text}");
+        assert!(text.ends_with("<tspan dy=\"-2.60\" font-size=\"10.00\"> m</tspan>"), "{text}");
         assert_eq!(width_pt("2^{1}_{34}", 10.0), width_pt("2_{34}", 10.0));
         assert_eq!(width_pt("2^{34}_{1}", 10.0), width_pt("2^{34}", 10.0));
     }

@@ -5,8 +5,9 @@ use super::mean;
 /// Window over autocorrelation time at which the sum is cut (Sokal 1989), emcee's default.
 const WINDOW: f64 = 5.0;
 
-/// Integrated autocorrelation time in draws, τ = 1 + 2 Σ ρ(t) over t ≤ M with the smallest M ≥ 5 τ(M), where ρ is the mean of
-/// the chains' normalised autocorrelations (Sokal 1989; Goodman & Weare 2010; as `emcee.autocorr.integrated_time`).
+/// Integrated autocorrelation time in draws, τ = 1 + 2 Σ ρ(t) over t ≤ M with the smallest M ≥ 5 τ(M), where ρ
+/// is the mean of the chains' normalised autocorrelations (Sokal 1989; Goodman & Weare 2010; as
+/// `emcee.autocorr.integrated_time`).
 ///
 /// Reliable for chains longer than 50 τ. NaN for constant chains or fewer than 2 draws.
 pub fn autocorrelation_time<C: AsRef<[f64]>>(chains: &[C]) -> f64 {

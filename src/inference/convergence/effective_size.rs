@@ -45,8 +45,8 @@ fn effective_size(chains: &[Vec<f64>]) -> f64 {
         return count;
     }
     let correlation = |lag: usize| 1.0 - (within - autocovariance(lag)) / total;
-    // Sums of pairs of lags: positive, and never larger than the pair before. The pair that ends the sequence, by its sign or
-    // as the last there is, counts with its even lag alone and once.
+    // Sums of pairs of lags: positive, and never larger than the pair before. The pair that ends the sequence,
+    // by its sign or as the last there is, counts with its even lag alone and once.
     let (mut even, mut pair) = (1.0, 1.0 + correlation(1));
     let (mut sum, mut shrunk, mut lag) = (0.0, pair, 2);
     while pair > 0.0 && lag + 2 < draws {

@@ -1,7 +1,7 @@
 //! Whether chains have converged: rank-normalised split R-hat, bulk and tail effective sample size.
 //!
-//! Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021, Bayesian Analysis 16, 667), equations 3–15. The numbers agree with
-//! ArviZ 0.22 (`tests/reference_convergence.rs`).
+//! Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021, Bayesian Analysis 16, 667), equations 3–15. The numbers
+//! agree with ArviZ 0.22 (`tests/reference_convergence.rs`).
 
 mod autocorrelation_time;
 mod effective_size;
@@ -17,7 +17,8 @@ pub const R_HAT_LIMIT: f64 = 1.01;
 /// Effective draws (bulk and tail) that count as enough, from Vehtari et al. 2021.
 pub const ESS_LIMIT: f64 = 400.0;
 
-/// How well one quantity has been sampled. NaN, which is not converged, where there are too few or constant draws.
+/// How well one quantity has been sampled. NaN, which is not converged, where there are too few or constant
+/// draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
     /// Rank-normalised split R-hat, the larger of bulk and folded.
@@ -31,8 +32,8 @@ pub struct Convergence {
 impl Convergence {
     /// Diagnoses the draws of one quantity, a slice a chain, all of equal length.
     ///
-    /// `group_size` consecutive chains move together (the walkers of an ensemble, else 1). R-hat compares groups, as only
-    /// they are independent; the effective size follows every chain for itself.
+    /// `group_size` consecutive chains move together (the walkers of an ensemble, else 1). R-hat compares
+    /// groups, as only they are independent; the effective size follows every chain for itself.
     ///
     /// ```
     /// use haloray::inference::convergence::Convergence;

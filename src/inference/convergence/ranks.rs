@@ -2,8 +2,8 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Normal scores Φ⁻¹((r − 3/8)/(S + 1/4)) of the ranks r among all S draws (Vehtari et al. 2021, equation 14); ties
-/// share their mean rank.
+/// Normal scores Φ⁻¹((r − 3/8)/(S + 1/4)) of the ranks r among all S draws (Vehtari et al. 2021, equation 14);
+/// ties share their mean rank.
 pub(super) fn normal_scores<C: AsRef<[f64]>>(chains: &[C]) -> Vec<Vec<f64>> {
     let pooled: Vec<f64> = chains.iter().flat_map(|chain| chain.as_ref()).copied().collect();
     let mut order: Vec<usize> = (0..pooled.len()).collect();

@@ -9,8 +9,8 @@ use super::bits;
 pub struct Chains {
     /// Coordinates of a draw.
     pub dimension: usize,
-    /// Chains that move together: 1, or the walkers of an ensemble. Consecutive chains form a group; only groups are
-    /// independent of one another, so that R-hat compares groups.
+    /// Chains that move together: 1, or the walkers of an ensemble. Consecutive chains form a group; only
+    /// groups are independent of one another, so that R-hat compares groups.
     pub group_size: usize,
     /// The chains, of equal length.
     pub chains: Vec<Chain>,

@@ -1,8 +1,8 @@
-//! Samplers behind one seam: a run advances block by block until it has converged, and may be stopped between any two.
+//! Samplers behind one seam: a run advances block by block until it has converged.
 //!
-//! A block is a function of (settings, seed, block number, state at its start) alone, so a run that is saved after
-//! any block, killed, read back and continued ends with the same bytes as one never stopped, for any number of
-//! threads.
+//! A block is a function of (settings, seed, block number, state at its start) alone, so a run that is saved
+//! after any block, killed, read back and continued ends with the same bytes as one never stopped, for any
+//! number of threads.
 
 mod bits;
 mod chains;
@@ -52,5 +52,28 @@ impl SamplerSettings {
 impl Default for SamplerSettings {
     fn default() -> Self {
         Self::Nuts(NutsSettings::default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_are_named_as_documented_and_refuse_what_they_do_not_know() {
+        let parsed = |text: &str| toml::from_str::<SamplerSettings>(text);
+        let SamplerSettings::Nuts(nuts) = parsed("kind = \"nuts\"\nchains = 6\n").unwrap() else {
+            panic!("not nuts")
+        };
+        assert_eq!((nuts.chains, nuts.block_draws), (6, NutsSettings::default().block_draws));
+        for kind in ["nuts", "ensemble-slice", "stretch", "nested"] {
+            let settings = parsed(&format!("kind = \"{kind}\"")).unwrap();
+            let text = toml::to_string(&settings).unwrap();
+            assert_eq!(parsed(&text).unwrap(), settings);
+            let error = parsed(&format!("kind = \"{kind}\"\nwalkes = 3")).unwrap_err().to_string();
+            assert!(error.contains("unknown field `walkes`"), "{error}");
+        }
+        assert!(parsed("kind = \"emcee\"").unwrap_err().to_string().contains("ensemble-slice"));
+        assert_eq!(SamplerSettings::default(), parsed("kind = \"nuts\"").unwrap());
     }
 }

@@ -1,5 +1,6 @@
 //! A run of one sampler: its state between blocks, and the loop until convergence.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::SamplerSettings;
@@ -16,6 +17,39 @@ use crate::inference::convergence::Convergence;
 pub type Quantities<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
 /// A run between two blocks. It can be saved (serde; every bit survives) and continued.
+///
+/// ```
+/// use haloray::inference::LatentLikelihood;
+/// use haloray::inference::sampler::{Problem, SamplerRun, SamplerSettings};
+///
+/// /// One measurement of z: 1.0 ± 0.5.
+/// struct Measurement;
+/// impl LatentLikelihood for Measurement {
+///     fn dimension(&self) -> usize {
+///         1
+///     }
+///     fn log_likelihood(&self, z: &[f64]) -> f64 {
+///         -2.0 * (z[0] - 1.0).powi(2)
+///     }
+///     fn log_likelihood_gradient(&self, z: &[f64], gradient: &mut [f64]) -> f64 {
+///         gradient[0] = -4.0 * (z[0] - 1.0);
+///         self.log_likelihood(z)
+///     }
+/// }
+///
+/// let problem = Problem { likelihood: &Measurement, starts: &[vec![0.0]], metric: None };
+/// let mut run = SamplerRun::start(&SamplerSettings::default(), 42, &problem)?;
+/// let progress = run.finish(&Measurement, &|z| z.to_vec(), |run, _| {
+///     let saved = serde_json::to_string(run).unwrap_or_default(); // what a killed run continues from
+///     assert!(!saved.is_empty());
+///     Ok(())
+/// })?;
+/// assert!(progress.is_converged);
+/// let draws = run.chains().coordinate(0).concat();
+/// let mean = draws.iter().sum::<f64>() / draws.len() as f64;
+/// assert!((mean - 0.8).abs() < 0.1); // prior N(0, 1) and measurement together: 0.8 ± 0.45
+/// # Ok::<(), haloray::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SamplerRun {
     settings: SamplerSettings,
@@ -40,7 +74,8 @@ pub struct Progress {
     pub is_warming_up: bool,
     /// Draws kept, of all chains.
     pub draws: usize,
-    /// Draws after which the run stops unconverged, of all chains; `None` for nested sampling, which stops by itself.
+    /// Draws after which the run stops unconverged, of all chains; `None` for nested sampling, which stops by
+    /// itself.
     pub max_draws: Option<usize>,
     /// Evaluations of the likelihood or its gradient.
     pub evaluations: u64,
@@ -62,8 +97,8 @@ impl SamplerRun {
     /// Prepares a run.
     ///
     /// # Errors
-    /// [`crate::Error::OutOfRange`] for settings out of their domain, a metric that is not positive definite, missing
-    /// start points or ones where the likelihood is zero, and priors under which it is zero everywhere.
+    /// [`crate::Error::OutOfRange`] for settings out of their domain, a metric that is not positive definite,
+    /// missing start points or ones where the likelihood is zero, and priors under which it is zero everywhere.
     pub fn start(settings: &SamplerSettings, seed: u64, problem: &Problem) -> Result<Self> {
         let dimension = problem.likelihood.dimension();
         let ensemble = |plan: Plan, name: &str| -> Result<(State, Chains)> {
@@ -97,8 +132,8 @@ impl SamplerRun {
         }
     }
 
-    /// Computes blocks until the run is finished; `after_block` sees every block, may save the run, and may stop it
-    /// by an error.
+    /// Computes blocks until the run is finished; `after_block` sees every block, may save the run, and may
+    /// stop it by an error.
     ///
     /// # Errors
     /// Those of `after_block`.
@@ -154,6 +189,7 @@ impl SamplerRun {
             self.chains.chains.iter().map(|chain| values_of_chain(&chain.z)).collect();
         let count = values.first().and_then(|chain| chain.first()).map_or(0, Vec::len);
         (0..count)
+            .into_par_iter()
             .map(|quantity| {
                 let of = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| draw[quantity]).collect();
                 let chains: Vec<Vec<f64>> = values.iter().map(of).collect();

@@ -31,7 +31,8 @@ impl Problem<'_> {
         )
     }
 
-    /// A point around the start of that number: start + `spread`·L·N(0, 1), nearer where the likelihood is zero.
+    /// A point around the start of that number: start + `spread`·L·N(0, 1), nearer where the likelihood is
+    /// zero.
     pub(super) fn scattered(
         &self,
         number: usize,
@@ -42,13 +43,15 @@ impl Problem<'_> {
         /// Halvings of the spread before the start itself is taken.
         const HALVINGS: i32 = 10;
         let dimension = self.likelihood.dimension();
-        let allowed = format!("points of {dimension} finite coordinates with a finite log-likelihood");
-        let refused = |what: &str, value: f64| Error::out_of_range(what, value, &allowed);
         let Some(start) = self.starts.get(number % self.starts.len().max(1)) else {
-            return Err(refused("the number of start points", 0.0));
+            return Err(Error::out_of_range("the number of start points", 0, "at least 1"));
         };
-        if start.len() != dimension || start.iter().any(|value| !value.is_finite()) {
-            return Err(refused("the number of finite coordinates of a start point", start.len() as f64));
+        if start.len() != dimension {
+            let what = "the number of coordinates of a start point";
+            return Err(Error::out_of_range(what, start.len(), &dimension.to_string()));
+        }
+        if let Some(value) = start.iter().find(|value| !value.is_finite()) {
+            return Err(Error::out_of_range("a coordinate of a start point", value, "finite"));
         }
         for halving in 0..HALVINGS {
             let normal: Vec<f64> = (0..dimension).map(|_| StandardNormal.sample(rng)).collect();
@@ -61,7 +64,7 @@ impl Problem<'_> {
         }
         match self.likelihood.log_likelihood(start) {
             value if value.is_finite() => Ok(start.clone()),
-            value => Err(refused("the log-likelihood at a start point", value)),
+            value => Err(Error::out_of_range("the log-likelihood at a start point", value, "finite")),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Corner plot of posteriors: every pair of parameters with smoothed 68% and 95% contours, every parameter on the diagonal.
+//! Corner plot of posteriors: contours of every pair of parameters, every parameter on the diagonal.
 
 use crate::inference::DrawStatistics;
 use crate::plot::density;

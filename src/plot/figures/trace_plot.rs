@@ -20,8 +20,8 @@ pub struct TraceParameter<'a> {
     pub truth: Option<f64>,
 }
 
-/// Draws one row a parameter: traces on the left, on the right the share of each chain's draws per bin of ranks among all
-/// draws, relative to an even spread (Vehtari et al. 2021, section 4.3).
+/// Draws one row a parameter: traces on the left, on the right the share of each chain's draws per bin of ranks
+/// among all draws, relative to an even spread (Vehtari et al. 2021, section 4.3).
 pub fn trace_plot(parameters: &[TraceParameter]) -> Figure {
     let mut panels = Vec::new();
     for (row, parameter) in parameters.iter().enumerate() {

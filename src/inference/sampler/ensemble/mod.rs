@@ -1,9 +1,9 @@
 //! Ensembles of walkers that propose moves along the differences of one another: no gradients, no metric needed.
 //!
-//! Walkers of one half move at once, along the other half (Foreman-Mackey et al. 2013, PASP 125, 306). Several ensembles run
-//! independently, since walkers of one ensemble are not independent and R-hat among them would flatter. The two
-//! crates that offer such moves (ganesh, hammer-and-sample) can be neither stopped and continued nor given our
-//! random streams.
+//! Walkers of one half move at once, along the other half (Foreman-Mackey et al. 2013, PASP 125, 306). Several
+//! ensembles run independently, since walkers of one ensemble are not independent and R-hat among them would
+//! flatter. The two crates that offer such moves (ganesh, hammer-and-sample) can be neither stopped and
+//! continued nor given our random streams.
 
 mod slice;
 mod stretch;
@@ -110,7 +110,8 @@ impl EnsembleState {
         let walkers = plan.walkers(problem.likelihood.dimension());
         let place = |number: usize| {
             let mut rng = stream(seed, number as u64, Stage::Sampling, 0);
-            // Whole ensembles start around one start point, so that R-hat sees whether they find the same posterior.
+            // Whole ensembles start around one start point, so that R-hat sees whether they find the same
+            // posterior.
             let z = problem.scattered(number / walkers, plan.start_spread, &whitening, &mut rng)?;
             Ok(Place::new(problem.likelihood, z))
         };

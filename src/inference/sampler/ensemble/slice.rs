@@ -116,7 +116,8 @@ pub(super) fn slice(
     }
 }
 
-/// The length μ after one step: expansions and contractions shall be equally many (Karamanis & Beutler 2021, equation 9).
+/// The length μ after one step: expansions and contractions shall be equally many (Karamanis & Beutler 2021,
+/// equation 9).
 pub(super) fn tuned(length: f64, expansions: u64, contractions: u64) -> f64 {
     let expansions = expansions.max(1) as f64;
     length * 2.0 * expansions / (expansions + contractions as f64)

@@ -1,4 +1,4 @@
-//! The affine-invariant stretch move (Goodman & Weare 2010, Commun. Appl. Math. Comput. Sci. 5, 65), the method of emcee.
+//! The affine-invariant stretch move (Goodman & Weare 2010, CAMCoS 5, 65), the method of emcee.
 
 use rand::{Rng, RngExt};
 use schemars::JsonSchema;

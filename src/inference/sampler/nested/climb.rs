@@ -9,7 +9,8 @@ use crate::inference::sampler::bits;
 use crate::inference::sampler::target::log_prior;
 use crate::inference::sampler::whitening::{Whitening, pooled_covariance};
 
-/// First width of a slice in standard deviations of the live points: as wide as a uniform distribution of that spread.
+/// First width of a slice in standard deviations of the live points: as wide as a uniform distribution of that
+/// spread.
 const SLICE_WIDTH: f64 = 4.0;
 /// Draws from the prior a live point may cost before the priors count as excluding everything.
 const MAX_PRIOR_DRAWS: u64 = 1000;
@@ -136,8 +137,8 @@ impl Climb {
     }
 }
 
-/// A draw from the prior above the threshold: slices along one random basis of whitened directions after the other, shrunk
-/// from a fixed width (Neal 2003, Ann. Stat. 31, 705).
+/// A draw from the prior above the threshold: slices along one random basis of whitened directions after the
+/// other, shrunk from a fixed width (Neal 2003, Ann. Stat. 31, 705).
 fn climbed(
     likelihood: &dyn LatentLikelihood,
     start: &Point,

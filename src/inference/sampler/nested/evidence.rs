@@ -17,13 +17,13 @@ const SIMULATIONS: usize = 200;
 pub struct Evidence {
     /// ln Z = ln ∫ L π: Z is normalised over the prior, with the likelihood's own constants.
     pub log_evidence: f64,
-    /// Standard deviation of ln Z when the unknown shrinkage of each step is drawn anew (Skilling 2006), with that of
-    /// the fraction of the prior that has any likelihood.
+    /// Standard deviation of ln Z when the unknown shrinkage of each step is drawn anew (Skilling 2006), with
+    /// that of the fraction of the prior that has any likelihood.
     pub log_evidence_error: f64,
     /// Information H = ∫ p ln(p/π) in nats: how much the data tell; √(H/live points) is the classical error.
     pub information_nats: f64,
-    /// Kish's effective number (Σw)²/Σw² of weighted draws, of all runs. It leaves out that the weights themselves are uncertain:
-    /// means scatter by up to 1.7 times what it says.
+    /// Kish's effective number (Σw)²/Σw² of weighted draws, of all runs. It leaves out that the weights
+    /// themselves are uncertain: means scatter by up to 1.7 times what it says.
     pub effective_draws: f64,
 }
 

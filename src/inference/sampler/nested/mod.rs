@@ -1,8 +1,9 @@
 //! Nested sampling for the evidence: independent runs whose live points climb to the peak by slice moves.
 //!
-//! Skilling (2006, Bayesian Anal. 1, 833); new points by slices through live ones, in the coordinates that whiten the live
-//! points (Handley, Hobson & Lasenby 2015, MNRAS 453, 4384). The runs are merged for the evidence (Higson et al. 2018, Bayesian Anal. 13,
-//! 873) and stay apart as chains, so that R-hat compares runs that know nothing of one another.
+//! Skilling (2006, Bayesian Anal. 1, 833); new points by slices through live ones, in the coordinates that
+//! whiten the live points (Handley, Hobson & Lasenby 2015, MNRAS 453, 4384). The runs are merged for the
+//! evidence (Higson et al. 2018, Bayesian Anal. 13, 873) and stay apart as chains, so that R-hat compares runs
+//! that know nothing of one another.
 
 mod climb;
 mod evidence;
@@ -27,8 +28,8 @@ pub struct NestedSettings {
     pub runs: usize,
     /// Live points of each run, at least 10 and more than twice the number of coordinates.
     pub live_points: usize,
-    /// Slices per latent coordinate from a live point to a new one, at least 1. Too few bias the evidence upwards: by 0.8 with 1, 0.2
-    /// with 2, less than 0.1 with 5, for a normal posterior in ten dimensions.
+    /// Slices per latent coordinate from a live point to a new one, at least 1. Too few bias the evidence
+    /// upwards: by 0.8 with 1, 0.2 with 2, less than 0.1 with 5, for a normal posterior in ten dimensions.
     pub slices_per_coordinate: usize,
     /// A run ends when its live points cannot add more than this to the log-evidence.
     pub log_evidence_tolerance: f64,

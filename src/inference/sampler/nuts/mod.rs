@@ -1,7 +1,7 @@
 //! The No-U-Turn sampler: chains in parallel, a short warm-up for the step size, a metric shared by all chains.
 //!
-//! The metric is the caller's (the Fisher matrix at the mode) and is refined from the draws of all chains together
-//! while they warm up, so that few draws suffice and a run without a metric works too.
+//! The metric is the caller's (the Fisher matrix at the mode) and is refined from the draws of all chains
+//! together while they warm up, so that few draws suffice and a run without a metric works too.
 
 mod step_size;
 mod trajectory;
@@ -29,8 +29,8 @@ const DRAWS_FOR_METRIC: usize = 8;
 pub struct NutsSettings {
     /// Independent chains, at least 2.
     pub chains: usize,
-    /// Draws a chain spends on finding step size and metric, at least 20; they are thrown away. A quarter finds a
-    /// first step size, a half the metric, the last quarter the step size for that metric.
+    /// Draws a chain spends on finding step size and metric, at least 20; they are thrown away. A quarter finds
+    /// a first step size, a half the metric, the last quarter the step size for that metric.
     pub warmup_draws: usize,
     /// Draws of a chain between two looks at convergence.
     pub block_draws: usize,
@@ -185,7 +185,8 @@ impl NutsState {
         leg
     }
 
-    /// Pools the step sizes, and before the last round takes the metric from the draws where they are enough for it.
+    /// Pools the step sizes, and before the last round takes the metric from the draws where they are enough
+    /// for it.
     fn tune(&mut self, legs: &[Chain], dimension: usize, block: u64) {
         // The chains of the first round still come from their starts.
         let skipped = if block == 1 { legs[0].len() / 2 } else { 0 };

@@ -1,8 +1,9 @@
 //! One trajectory of the No-U-Turn sampler with multinomial weights.
 //!
-//! Hoffman & Gelman (2014, JMLR 15, 1593) with the multinomial draw, the generalised U-turn criterion and biased
-//! progressive sampling of Betancourt (2017, arXiv:1701.02434, appendix A), and the criterion across two joined
-//! halves, without which resonant orbits in nearly normal posteriors are kept. Momenta live in whitened coordinates, where the mass matrix is 1.
+//! Hoffman & Gelman (2014, JMLR 15, 1593) with the multinomial draw, the generalised U-turn criterion and
+//! biased progressive sampling of Betancourt (2017, arXiv:1701.02434, appendix A), and the criterion across two
+//! joined halves, without which resonant orbits in nearly normal posteriors are kept. Momenta live in whitened
+//! coordinates, where the mass matrix is 1.
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
@@ -112,7 +113,8 @@ impl Integrator<'_> {
 }
 
 impl<R: Rng> Tally<'_, R> {
-    /// 2^depth further steps from `from`; `None` if they turn back or diverge, for then the trajectory ends here.
+    /// 2^depth further steps from `from`; `None` if they turn back or diverge, for then the trajectory ends
+    /// here.
     fn grow(&mut self, from: &Phase, depth: u8, direction: f64) -> Option<Stretch> {
         if depth == 0 {
             let phase = self.integrator.leapfrog(from, direction);
