@@ -12,7 +12,7 @@ use crate::error::{Result, require};
 /// Parameters as lenstronomy's `EPL`: e1 = (1−q)/(1+q)·cos 2φ, e2 = (1−q)/(1+q)·sin 2φ.
 #[derive(Debug, Clone, Copy)]
 pub struct Epl {
-    centre_arcsec: [f64; 2],
+    pub(super) centre_arcsec: [f64; 2],
     /// e^{iφ} of the major axis.
     axis: Complex<f64>,
     q: f64,

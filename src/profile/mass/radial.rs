@@ -22,7 +22,7 @@ pub trait RadialLaw: Copy + Sync {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radial<L> {
     law: L,
-    centre_arcsec: [f64; 2],
+    pub(super) centre_arcsec: [f64; 2],
     scale_arcsec: f64,
     k: f64,
     /// Rows of M.
