@@ -110,7 +110,9 @@ mod tests {
     #[test]
     fn round_lenses_have_the_radius_of_their_ring() {
         for slope in [1.1, 2.0, 2.9] {
-            assert!((einstein_radius_arcsec(&[epl(1.3, slope, [0.0; 2])], [0.0; 2]).unwrap() - 1.3).abs() < 1e-12);
+            assert!(
+                (einstein_radius_arcsec(&[epl(1.3, slope, [0.0; 2])], [0.0; 2]).unwrap() - 1.3).abs() < 1e-12
+            );
         }
         let point = MassModel::PointMass(PointMass::new(0.7, [0.0; 2]).unwrap());
         assert!((einstein_radius_arcsec(&[point], [0.0; 2]).unwrap() - 0.7).abs() < 1e-13);
@@ -147,7 +149,8 @@ mod tests {
         assert!(radius > einstein_radius_arcsec(&[stars], [0.0; 2]).unwrap());
         // A heavy ring of satellites gives a second, larger circle.
         let far = |x: f64| MassModel::PointMass(PointMass::new(6.0, [x, 0.0]).unwrap());
-        let radius = einstein_radius_arcsec(&[epl(1.0, 2.0, [0.0; 2]), far(5.0), far(-5.0)], [0.0; 2]).unwrap();
+        let radius =
+            einstein_radius_arcsec(&[epl(1.0, 2.0, [0.0; 2]), far(5.0), far(-5.0)], [0.0; 2]).unwrap();
         assert!((radius - (0.5 + (0.25_f64 + 72.0).sqrt())).abs() < 1e-9, "{radius}");
     }
 
