@@ -40,6 +40,14 @@ pub(super) struct Root {
     pub half: f64,
 }
 
+impl Root {
+    /// Sign of det A.
+    pub fn parity(&self) -> i64 {
+        let [xx, xy, yx, yy] = self.jacobian;
+        if xx * yy - xy * yx > 0.0 { 1 } else { -1 }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Cell {
     centre: [f64; 2],

@@ -1,6 +1,6 @@
 //! All images of a point source, with magnification, parity, delay and a count that proves them complete.
 
-use super::image_cells::{Newton, Root, newton, search};
+use super::image_cells::{Newton, Root, SMALLEST_HALF_ARCSEC, newton, search};
 use super::sky_window::SkyWindow;
 use super::winding::winding_number;
 use crate::mapping::Mapping;
@@ -119,31 +119,39 @@ impl PointImages {
     ) -> Self {
         let mut searched = search(mapping, window, source);
         searched.roots.retain(|root| window.contains(root.theta));
-        let square = SINGULAR_SQUARE_ARCSEC;
-        let within = |a: [f64; 2], b: [f64; 2]| (0..2).all(|c| (a[c] - b[c]).abs() <= square);
-        let mut centres: Vec<[f64; 2]> =
-            window.lens_centres_arcsec.iter().copied().filter(|&c| window.contains(c)).collect();
-        let at_centres = centres.len();
+        let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
+        // Squares about singular points with their half sides; one grows to take in undecided cells beside it.
+        let at_centres = window.lens_centres_arcsec.iter().filter(|&&c| window.contains(c));
+        let mut squares: Vec<([f64; 2], f64)> = at_centres.map(|&c| (c, SINGULAR_SQUARE_ARCSEC)).collect();
+        let lens_centres = squares.len();
         for cell in searched.unresolved {
-            if !centres.iter().any(|&c| within(c, cell)) {
-                centres.push(cell);
+            match squares.iter_mut().find(|(c, half)| apart(*c, cell) <= 2.0 * half) {
+                Some((c, half)) => *half = half.max(apart(*c, cell) + SMALLEST_HALF_ARCSEC),
+                None => squares.push((cell, SINGULAR_SQUARE_ARCSEC)),
             }
         }
-        searched.roots.retain(|root| !centres.iter().any(|&c| within(c, root.theta)));
-        let mut roots = distinct(searched.roots);
+        let all = distinct(searched.roots);
+        let enclosed = |root: &Root| squares.iter().any(|&(c, half)| apart(c, root.theta) <= half);
+        let mut roots: Vec<Root> = all.iter().filter(|root| !enclosed(root)).copied().collect();
         let (mut singular, mut undecided) = (Vec::new(), usize::from(searched.overflow));
-        for (i, &centre) in centres.iter().enumerate() {
-            match winding_number(mapping, centre, square, source) {
-                Some(0) if i < at_centres => {}
+        for (i, &(centre, half)) in squares.iter().enumerate() {
+            let inside: Vec<Root> =
+                all.iter().filter(|root| apart(centre, root.theta) <= half).copied().collect();
+            let parities: i64 = inside.iter().map(Root::parity).sum();
+            match winding_number(mapping, centre, half, source) {
+                Some(winding) if winding == parities && (i < lens_centres || !inside.is_empty()) => {
+                    roots.extend(inside);
+                }
                 None | Some(0) => undecided += 1,
-                Some(winding) => match newton(mapping, centre, source, square) {
-                    Newton::Root(theta, jacobian) if within(centre, theta) => {
-                        roots.push(Root { theta, jacobian, half: square });
+                Some(winding) => match newton(mapping, centre, source, half) {
+                    Newton::Root(theta, jacobian) if apart(centre, theta) <= half => {
+                        roots.push(Root { theta, jacobian, half });
                     }
                     _ => singular.push(SingularPoint { theta_arcsec: centre, winding }),
                 },
             }
         }
+        let roots = distinct(roots);
         Self { images: by_arrival(mapping, &roots), singular, winding, undecided }
     }
 }
@@ -154,8 +162,7 @@ fn distinct(roots: Vec<Root>) -> Vec<Root> {
     for root in roots {
         let same = |other: &Root| {
             let apart = (root.theta[0] - other.theta[0]).hypot(root.theta[1] - other.theta[1]);
-            let sign = |a: &[f64; 4]| a[0] * a[3] - a[1] * a[2] > 0.0;
-            apart <= 0.1 * root.half.min(other.half) && sign(&root.jacobian) == sign(&other.jacobian)
+            apart <= 0.1 * root.half.min(other.half) && root.parity() == other.parity()
         };
         if !kept.iter().any(same) {
             kept.push(root);

@@ -1,7 +1,9 @@
 //! From a finished run to what a person looks at: its folder of files and its figures.
 
 mod figures;
+mod lens_figure;
 mod run_folder;
 
 pub use figures::{draw_figures, exposure_figure, map_figures, tidal_residual_figure};
+pub use lens_figure::curve_figure;
 pub use run_folder::{RUN_FILE, image_file, write_run};

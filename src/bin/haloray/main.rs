@@ -4,6 +4,7 @@ mod bars;
 mod completions;
 mod distances;
 mod image;
+mod images;
 mod lens;
 mod map;
 mod output;
@@ -53,6 +54,7 @@ enum Command {
     Map(map::Args),
     Image(image::Args),
     Lens(lens::Args),
+    Images(images::Args),
     Study(study::Args),
     Relations(relations::Args),
     Distances(distances::Args),
@@ -95,6 +97,7 @@ fn run(cli: &Cli) -> Result<()> {
         Command::Map(args) => map::run(args, &bars),
         Command::Image(args) => image::run(args, &bars),
         Command::Lens(args) => lens::run(args, &bars),
+        Command::Images(args) => images::run(args, &bars),
         Command::Study(args) => study::run(args, &bars),
         Command::Relations(args) => relations::run(args, &bars),
         Command::Distances(args) => distances::run(args),

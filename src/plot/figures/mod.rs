@@ -1,5 +1,6 @@
 //! The figures of this project, one file each: plain saved numbers in, a [`Figure`] out.
 
+mod curves;
 mod cylinder;
 mod flexion_maps;
 mod histograms;
@@ -8,6 +9,7 @@ mod mass_function;
 mod tidal_maps;
 mod tidal_residuals;
 
+pub use curves::{CurveData, CurvesData, curves, overlay};
 pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
 pub use histograms::{HaloEffects, histograms};
