@@ -16,6 +16,6 @@ pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
-pub use tidal_study::{TidalResidual, rms, tidal_residual, tidal_study};
+pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
 pub use view::{LensAndSource, View, line_of_sight};
 pub use view_fits::{ViewFit, fit_views};

@@ -6,6 +6,7 @@ mod completions;
 mod distances;
 mod fit;
 mod image;
+mod images;
 mod lens;
 mod map;
 mod output;
@@ -56,6 +57,7 @@ enum Command {
     Image(image::Args),
     Lens(lens::Args),
     Fit(Box<fit::Args>),
+    Images(images::Args),
     Study(study::Args),
     Relations(relations::Args),
     Distances(distances::Args),
@@ -97,6 +99,7 @@ fn run(cli: &Cli) -> Result<ExitCode> {
         Command::Map(args) => map::run(args, &bars),
         Command::Image(args) => image::run(args, &bars),
         Command::Lens(args) => lens::run(args, &bars),
+        Command::Images(args) => images::run(args, &bars),
         Command::Relations(args) => relations::run(args, &bars),
         Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),

@@ -24,15 +24,15 @@ use crate::profile::mass::MassModel;
 /// ```
 #[derive(Debug, Clone)]
 pub struct GeneralMultiPlane {
-    chi_source_cmpc: f64,
+    pub(super) chi_source_cmpc: f64,
     /// In order of distance, equal distances in the order given.
-    planes: Vec<LensPlane>,
+    pub(super) planes: Vec<LensPlane>,
 }
 
 #[derive(Debug, Clone)]
-struct LensPlane {
-    chi_cmpc: f64,
-    profile: MassModel,
+pub(super) struct LensPlane {
+    pub(super) chi_cmpc: f64,
+    pub(super) profile: MassModel,
 }
 
 impl GeneralMultiPlane {
@@ -52,7 +52,7 @@ impl GeneralMultiPlane {
         Ok(Self { chi_source_cmpc: background.comoving_distance_mpc(z_source), planes })
     }
 
-    fn strength(&self, plane: &LensPlane) -> f64 {
+    pub(super) fn strength(&self, plane: &LensPlane) -> f64 {
         self.chi_source_cmpc / (self.chi_source_cmpc - plane.chi_cmpc)
     }
 

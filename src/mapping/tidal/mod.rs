@@ -4,6 +4,7 @@
 //! transpose matters when ω_od ≠ 0, and lenstronomy leaves it out). Flexion: Duboscq et al. 2024.
 //! First and second derivatives come from second-order jets, so that the Jacobian *is* the derivative of β.
 
+mod centres;
 mod fermat;
 mod flexion;
 mod jet;

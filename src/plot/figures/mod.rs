@@ -1,6 +1,7 @@
 //! The figures of this project, one file each: plain saved numbers in, a [`Figure`] out.
 
 mod corner;
+mod curves;
 mod cylinder;
 mod flexion_maps;
 mod histograms;
@@ -12,6 +13,7 @@ mod tidal_residuals;
 mod trace_plot;
 
 pub use corner::{CornerData, CornerParameter, CornerPosterior, corner};
+pub use curves::{CurveData, CurvesData, curves, overlay};
 pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
 pub use histograms::{HaloEffects, histograms};

@@ -19,7 +19,7 @@ use crate::numerics::real::Real;
 pub struct Epl {
     einstein_radius_arcsec: f64,
     ellipticity: [f64; 2],
-    centre_arcsec: [f64; 2],
+    pub(super) centre_arcsec: [f64; 2],
     b_arcsec: f64,
     t: f64,
     /// (aₙ, ∂aₙ/∂t), as many as change the sum.

@@ -1,5 +1,6 @@
 //! Mass profiles: potential ψ, deflection α = ∇ψ, Hessian and third derivatives, all analytic.
 
+mod einstein_radius;
 mod epl;
 mod external;
 mod kind;
@@ -11,6 +12,7 @@ mod response;
 mod sersic;
 mod truncated_nfw;
 
+pub use einstein_radius::{einstein_radius_arcsec, mean_convergence};
 pub use epl::Epl;
 pub use external::External;
 pub use kind::MassKind;

@@ -49,7 +49,7 @@ impl Amplitude {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radial<L> {
     law: L,
-    centre_arcsec: [f64; 2],
+    pub(super) centre_arcsec: [f64; 2],
     scale_arcsec: f64,
     k: f64,
     ellipticity: [f64; 2],
