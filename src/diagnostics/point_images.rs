@@ -128,7 +128,7 @@ impl PointImages {
         let mut squares: Vec<([f64; 2], f64)> = at_centres.map(|&c| (c, SINGULAR_SQUARE_ARCSEC)).collect();
         let lens_centres = squares.len();
         for cell in searched.unresolved {
-            match squares.iter_mut().find(|(c, half)| apart(*c, cell) <= REACH_ARCSEC) {
+            match squares.iter_mut().find(|(c, _)| apart(*c, cell) <= REACH_ARCSEC) {
                 Some((c, half)) => *half = half.max(apart(*c, cell) + SMALLEST_HALF_ARCSEC),
                 None => squares.push((cell, SINGULAR_SQUARE_ARCSEC)),
             }
