@@ -40,5 +40,6 @@ fn bad_arguments_are_refused() {
         ("images none.json --source 0,0", "cannot read none.json"),
     ] {
         folder.check_failure(2, &folder.haloray(arguments), arguments, &[wanted]);
+        assert_eq!(folder.files().len(), 1, "{arguments}");
     }
 }
