@@ -22,7 +22,7 @@ const CELLS: usize = 400;
 /// The log-polar grid takes over inside this radius and reaches in to the inner one, below which the search itself says
 /// that it counts images without showing them.
 const POLAR_RADIUS_ARCSEC: f64 = 0.1;
-const INNER_RADIUS_ARCSEC: f64 = 1.5e-7;
+const INNER_RADIUS_ARCSEC: f64 = 1.5e-6;
 const RINGS: usize = 300;
 const SPOKES: usize = 120;
 /// Finer grids laid round a hit without an image: each this many cells a side, over three cells of the one before.

@@ -11,6 +11,9 @@ const REFINEMENTS: usize = 3;
 /// cells that [`search`] leaves round the point.
 const SINGULAR_SQUARE_ARCSEC: f64 = 1e-7;
 
+/// Undecided cells this near a singular point enlarge its square, arcsec.
+const REACH_ARCSEC: f64 = 1e-6;
+
 /// Stationary point of the arrival time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImageKind {
@@ -58,8 +61,8 @@ impl PointImage {
 /// A point that counts in the winding without an image that could be polished.
 ///
 /// At the centre of a lens with a slope of 2 or more this is the jump or pole of the deflection and no image. For
-/// slopes below 2 it is a central image closer to the centre than 1.5e-7″, with a magnification of the order of
-/// (1e-7″/θ_E)² or less.
+/// slopes below 2 it is a central image closer to the centre than 1.5e-6″ (mostly 1.5e-7″), with a magnification of the order of
+/// (1e-6″/θ_E)² or less.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SingularPoint {
     /// Direction in arcsec.
@@ -125,7 +128,7 @@ impl PointImages {
         let mut squares: Vec<([f64; 2], f64)> = at_centres.map(|&c| (c, SINGULAR_SQUARE_ARCSEC)).collect();
         let lens_centres = squares.len();
         for cell in searched.unresolved {
-            match squares.iter_mut().find(|(c, half)| apart(*c, cell) <= 2.0 * half) {
+            match squares.iter_mut().find(|(c, _)| apart(*c, cell) <= REACH_ARCSEC) {
                 Some((c, half)) => *half = half.max(apart(*c, cell) + SMALLEST_HALF_ARCSEC),
                 None => squares.push((cell, SINGULAR_SQUARE_ARCSEC)),
             }
@@ -144,7 +147,9 @@ impl PointImages {
                 }
                 None | Some(0) => undecided += 1,
                 Some(winding) => match newton(mapping, centre, source, half) {
-                    Newton::Root(theta, jacobian) if apart(centre, theta) <= half => {
+                    Newton::Root(theta, jacobian)
+                        if apart(centre, theta) <= half && determinant(jacobian).abs() < POLE =>
+                    {
                         roots.push(Root { theta, jacobian, half });
                     }
                     _ => singular.push(SingularPoint { theta_arcsec: centre, winding }),
@@ -154,6 +159,13 @@ impl PointImages {
         let roots = distinct(roots);
         Self { images: by_arrival(mapping, &roots), singular, winding, undecided }
     }
+}
+
+/// A root of larger |det A| lies in the softened pole of a singular profile: its magnification is below 1e-24.
+const POLE: f64 = 1e24;
+
+fn determinant([xx, xy, yx, yy]: [f64; 4]) -> f64 {
+    xx * yy - xy * yx
 }
 
 /// Images found from neighbouring cells counted once: same parity, and much closer than the cells are wide.

@@ -27,6 +27,8 @@ pub trait Real:
     fn exp(self) -> Self;
     /// The larger of the two.
     fn max(self, least: f64) -> Self;
+    /// `value` where `test` is below `limit`, elsewhere this number.
+    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self;
 }
 
 impl Real for f64 {
@@ -53,6 +55,11 @@ impl Real for f64 {
     #[inline(always)]
     fn max(self, least: f64) -> Self {
         if self > least { self } else { least }
+    }
+
+    #[inline(always)]
+    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
+        if test < limit { value } else { self }
     }
 }
 
@@ -153,6 +160,11 @@ impl Real for Lanes {
     #[inline(always)]
     fn max(self, least: f64) -> Self {
         self.map(|v| if v > least { v } else { least })
+    }
+
+    #[inline(always)]
+    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
+        self.zip(test, |v, test| if test < limit { value } else { v })
     }
 }
 

@@ -48,9 +48,9 @@ pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
         map(0, data.tidal, "tidal"),
         map(1, data.flexion, "flexion"),
         comparison(data.tidal_rms_arcsec, data.flexion_rms_arcsec, "rms of the", "[arcsec]"),
-        image_panel(data, 0, data.tidal_image, "tidal"),
-        image_panel(data, 1, data.flexion_image, "flexion"),
-        comparison(data.tidal_chi_squared, data.flexion_chi_squared, "image χ^{2}, ", ""),
+        image_panel(0, data.tidal_image, "tidal"),
+        image_panel(1, data.flexion_image, "flexion"),
+        comparison(data.tidal_chi_squared, data.flexion_chi_squared, "image χ^{2} of the", ""),
     ];
     Figure {
         columns: 3,
@@ -61,10 +61,9 @@ pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
 }
 
 /// One difference image, in a stretch of its own: the two differ by orders of magnitude.
-fn image_panel(data: &TidalResidualsData, column: usize, grid: GridData, name: &str) -> Panel {
+fn image_panel(column: usize, grid: GridData, name: &str) -> Panel {
     let norm = Norm::symmetric_about(0.0, grid.values, 1.0);
     let mut panel = grid.panel(ColourMap::Diverging, norm, column);
-    panel.marks.extend(einstein_circle(data.einstein_radius_arcsec, false));
     let label = format!("(image − image_{{{name}}})/σ");
     panel.colour_bar = Some(ColourBar { map: ColourMap::Diverging, norm, label, side: Side::Top });
     panel

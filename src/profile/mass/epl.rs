@@ -13,7 +13,7 @@ use crate::numerics::real::Real;
 /// α = (b/|ζ|)^t·ζ·P(s), P(s) = Σ aₙsⁿ, s = −ε̄ζ/ζ̄, aₙ = Π_{k≤n}(2k−c)/(2k+c); κ = (c/2)(b/|ζ|)^t.
 ///
 /// α is homogeneous of degree 1−t, which gives the potential, ψ = Re(z̄α)/c, and the shear, z̄γ = (1−t)α − zκ.
-/// Within 1e-9″ of the centre |ζ| is taken as 1e-9″, so that every number stays finite.
+/// Within 1e-9″ of the centre every number is that at 1e-9″ to its right, so that all stay finite.
 /// Parameters as lenstronomy's `EPL`: θ_E, γ, (e1, e2) = (1−q)/(1+q)·(cos 2φ, sin 2φ), centre.
 #[derive(Debug, Clone)]
 pub struct Epl {
@@ -62,10 +62,13 @@ impl Epl {
     #[inline(always)]
     fn frame<R: Real>(&self, x: R, y: R) -> Frame<R> {
         const RADIUS_FLOOR_ARCSEC: f64 = 1e-9;
+        const LIMIT: f64 = RADIUS_FLOOR_ARCSEC * RADIUS_FLOOR_ARCSEC;
         let z = Cx::new(x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
+        let r2 = z.norm_sqr();
+        let z = Cx::new(z.re.unless_below(r2, LIMIT, RADIUS_FLOOR_ARCSEC), z.im.unless_below(r2, LIMIT, 0.0));
         let epsilon = Cx::splat(self.ellipticity[0], self.ellipticity[1]);
         let zeta = z - epsilon * z.conj();
-        let norm_sqr = zeta.norm_sqr().max(RADIUS_FLOOR_ARCSEC * RADIUS_FLOOR_ARCSEC);
+        let norm_sqr = zeta.norm_sqr();
         let inverse = R::splat(1.0) / norm_sqr;
         // (b/|ζ|)^t = (|ζ|²/b²)^{−t/2}; b = 0 is a lens without mass.
         let b2 = (self.b_arcsec * self.b_arcsec).max(f64::MIN_POSITIVE);
@@ -140,7 +143,7 @@ impl Epl {
     #[inline(always)]
     fn distortion<R: Real>(&self, f: &Frame<R>, deflection: Cx<R>) -> (R, Cx<R>) {
         let kappa = f.power * (0.5 * (2.0 - self.t));
-        let inverse = R::splat(1.0) / f.z.norm_sqr().max(f64::MIN_POSITIVE);
+        let inverse = R::splat(1.0) / f.z.norm_sqr();
         (kappa, (deflection * (1.0 - self.t) - f.z.scale(kappa)) * f.z.scale(inverse))
     }
 }
@@ -196,7 +199,7 @@ impl MassProfile for Epl {
         let (kappa, gamma) = self.distortion(&at, (at.zeta * self.sum(at.s)).scale(at.power));
         // F = ∂*κ with κ ∝ |ζ|^{−t}, ∂*|ζ|² = ζ − εζ̄; G = ∂*γ from ∂* of z̄γ = (1−t)α − zκ.
         let f = (at.zeta - at.epsilon * at.zeta.conj()) * (-0.5 * self.t * kappa * at.inverse);
-        let inverse = 1.0 / at.z.norm_sqr().max(f64::MIN_POSITIVE);
+        let inverse = 1.0 / at.z.norm_sqr();
         let g = (gamma * (-self.t) - at.z * f) * at.z.scale(inverse);
         // ∂xκ = 2Re F, ∂yκ = 2Im F; ∂xγ = F + G, ∂yγ = i(F − G).
         [3.0 * f.re + g.re, f.im + g.im, f.re - g.re, 3.0 * f.im - g.im]
