@@ -1,5 +1,6 @@
 //! The figures of this project, one file each: plain saved numbers in, a [`Figure`] out.
 
+mod calibration;
 mod corner;
 mod cylinder;
 mod flexion_maps;
@@ -11,6 +12,7 @@ mod tidal_maps;
 mod tidal_residuals;
 mod trace_plot;
 
+pub use calibration::{RankHistogram, calibration};
 pub use corner::{CornerData, CornerParameter, CornerPosterior, corner};
 pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
