@@ -30,9 +30,9 @@ pub const RANKED_DRAWS: usize = 99;
 pub const RANK_BINS: usize = 20;
 
 /// Small images, so that hundreds of fits take minutes; noise, gain and sky are those of HST.
-const PIXELS: usize = 25;
-const PIXEL_SCALE_ARCSEC: f64 = 0.14;
-const PSF_FWHM_ARCSEC: f64 = 0.15;
+const PIXELS: usize = 17;
+const PIXEL_SCALE_ARCSEC: f64 = 0.2;
+const PSF_FWHM_ARCSEC: f64 = 0.2;
 
 /// One system and its fit; entries follow the parameters of the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -82,8 +82,8 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
     };
     let line =
         Rule { at: RuleAt::Y(COVERAGE), stroke: Stroke::dashed(Colour::BLACK, 0.8), legend: String::new() };
-    let x = Axis { limits: Some((0.0, n + 1.0)), ..Axis::linear("parameter, in the order of the panels") };
-    let y = Axis { limits: Some((0.4, 1.0)), ..Axis::linear("68% intervals with the truth") };
+    let x = Axis { limits: Some((0.0, n + 1.0)), ..Axis::linear("number of the panel") };
+    let y = Axis { limits: Some((0.4, 1.0)), ..Axis::linear("coverage of 68%") };
     Panel { marks: vec![Mark::Band(tolerated), Mark::Rule(line), Mark::Scatter(dots)], ..Panel::new(x, y) }
 }
 
