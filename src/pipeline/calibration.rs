@@ -123,7 +123,7 @@ fn one_core_each<T: Send>(number: u64, work: impl Fn(u64) -> Result<T> + Sync) -
         }
     };
     let parts: Vec<Result<Vec<(u64, T)>>> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(&worker)).collect();
+        let workers: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(worker)).collect();
         let join = |worker: std::thread::ScopedJoinHandle<_>| {
             worker.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
         };
@@ -242,7 +242,7 @@ mod tests {
             means: vec![1.0],
             standard_deviations: vec![2.0],
             ranks: vec![rank],
-            covered: vec![rank % 2 == 0],
+            covered: vec![rank.is_multiple_of(2)],
             is_converged: true,
             worst_r_hat: 1.0,
             worst_ess: 500.0,
