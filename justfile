@@ -50,3 +50,14 @@ bench: oracle-setup
     cargo bench
     cargo build --release
     .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --summary docs/BENCHMARKS.md
+
+# are posteriors right? 200 systems drawn from a prior and fitted under it (docs/CALIBRATION.md)
+calibration:
+    cargo run --release -- study calibration -n 200 -o calibration
+
+# a lenstronomy image fitted by haloray and by emcee on lenstronomy's likelihood; writes docs/FIT.md
+bench-fit: oracle-setup
+    .venv/bin/pip install --quiet emcee==3.1.6
+    cargo build --release
+    bench=$(cargo bench --bench fit --no-run 2>&1 | sed -n 's/.*(\(.*fit-[0-9a-f]*\))/\1/p') && \
+    .venv/bin/python data/oracle/bench_fit.py --binary target/release/haloray --bench "$bench" --summary docs/FIT.md

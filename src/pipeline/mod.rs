@@ -1,6 +1,7 @@
 //! The whole chain as values: config → haloes → line of sight → diagnostics, maps, images.
 
 mod advantage;
+mod calibration;
 mod haloes;
 mod progress;
 mod relations;
@@ -11,6 +12,10 @@ mod view;
 mod view_fits;
 
 pub use advantage::{Advantage, advantage, table1_exposure};
+pub use calibration::{
+    CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, RANK_BINS, RANKED_DRAWS, calibrate,
+    calibration_of,
+};
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;

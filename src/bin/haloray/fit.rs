@@ -51,6 +51,9 @@ pub struct Args {
     /// How pixels are integrated, instead of the model's; adaptive if neither says.
     #[arg(long, value_enum)]
     pixel_sampling: Option<SamplingArg>,
+    /// Draws of a chain or walker after which sampling stops, converged or not; nested sampling stops by itself.
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(4..))]
+    max_draws: Option<usize>,
     /// Seed of everything random.
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
@@ -101,6 +104,24 @@ impl SamplerArg {
     }
 }
 
+/// The same settings with at most so many draws a chain or walker.
+fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
+    let Some(most) = max_draws else { return Ok(settings) };
+    let steps = |block: &mut usize, max: &mut usize, thin: usize| {
+        *max = most * thin;
+        *block = (*block).min(*max);
+    };
+    match &mut settings {
+        SamplerSettings::Nuts(s) => steps(&mut s.block_draws, &mut s.max_draws, 1),
+        SamplerSettings::EnsembleSlice(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
+        SamplerSettings::Stretch(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
+        SamplerSettings::Nested(_) => {
+            return Err(Error::out_of_range("--max-draws", most, "left out with --sampler nested"));
+        }
+    }
+    Ok(settings)
+}
+
 /// What [`run`] says when it ended well or not.
 pub enum Outcome {
     Converged,
@@ -139,7 +160,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let settings = FitSettings {
         likelihood: description.likelihood,
         pixel_sampling,
-        sampler: args.sampler.settings(),
+        sampler: limited(args.sampler.settings(), args.max_draws)?,
         seed: args.seed,
     };
     let model = CompiledModel::new(&description)?;

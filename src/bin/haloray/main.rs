@@ -2,6 +2,7 @@
 
 mod advantage;
 mod bars;
+mod calibration;
 mod completions;
 mod distances;
 mod fit;
@@ -70,7 +71,7 @@ fn main() -> ExitCode {
         Err(refused) => report_arguments(&refused),
         Ok(cli) => match run(&cli) {
             Ok(code) => code,
-            Err(error) => report(&error),
+            Err(error) => report(&error, &cli.command),
         },
     }
 }
@@ -112,12 +113,35 @@ fn run(cli: &Cli) -> Result<ExitCode> {
 }
 
 /// Prints `error:` and `hint:` to stderr and chooses the exit code.
-fn report(error: &Error) -> ExitCode {
+fn report(error: &Error, command: &Command) -> ExitCode {
     let mut stderr = std::io::stderr().lock();
     // Nothing can be done about a closed stderr.
     let _ = writeln!(stderr, "error: {error}");
-    let _ = writeln!(stderr, "hint: {}", hint(error));
+    let hint = if matches!(command, Command::Fit(_)) { fit_hint(error) } else { None }
+        .unwrap_or_else(|| hint(error));
+    let _ = writeln!(stderr, "hint: {hint}");
     ExitCode::from(if error.is_bad_input() { 2 } else { 1 })
+}
+
+/// What helps a fit where the general hint would mislead.
+fn fit_hint(error: &Error) -> Option<&'static str> {
+    match error {
+        Error::OutOfRange { what, .. } if what == "--model" => {
+            Some("`haloray fit --list` explains the built-in models")
+        }
+        Error::OutOfRange { what, .. } if what.starts_with("--") => None,
+        Error::Config { .. } | Error::OutOfRange { .. } => Some(
+            "`haloray fit --list --model NAME` prints a model to compare with; `haloray fit --list` explains the priors",
+        ),
+        Error::Format { problem, .. } if problem.contains("truncated") => None,
+        Error::Format { problem, .. } if problem.contains("kernel") => Some(
+            "the extension PSF is a square kernel of odd size that sums to 1, on pixels as large as those of the image",
+        ),
+        Error::Format { .. } => Some(
+            "`haloray fit --help` lists the keywords and extensions that an image needs: EXPTIME, BKGRMS, PSFFWHM or PSF, MASK",
+        ),
+        _ => None,
+    }
 }
 
 fn hint(error: &Error) -> &'static str {

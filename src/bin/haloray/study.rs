@@ -25,6 +25,7 @@ pub struct Args {
 enum Study {
     Tidal(TidalArgs),
     Advantage(AdvantageArgs),
+    Calibration(crate::calibration::CalibrationArgs),
 }
 
 /// What the tidal and flexion models of the line of sight leave of the traced rays.
@@ -52,6 +53,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     match &args.study {
         Study::Tidal(args) => run_tidal(args, bars).map(|()| Outcome::Converged),
         Study::Advantage(args) => advantage::run(args, bars),
+        Study::Calibration(args) => crate::calibration::run(args, bars).map(|()| Outcome::Converged),
     }
 }
 

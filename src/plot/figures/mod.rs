@@ -1,5 +1,6 @@
 //! The figures of this project, one file each: plain saved numbers in, a [`Figure`] out.
 
+mod calibration;
 mod corner;
 mod curves;
 mod cylinder;
@@ -12,6 +13,7 @@ mod tidal_maps;
 mod tidal_residuals;
 mod trace_plot;
 
+pub use calibration::{RankHistogram, calibration};
 pub use corner::{CornerData, CornerParameter, CornerPosterior, corner};
 pub use curves::{CurveData, CurvesData, curves, overlay};
 pub use cylinder::{CylinderData, cylinder};
