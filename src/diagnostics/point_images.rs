@@ -14,6 +14,9 @@ const SINGULAR_SQUARE_ARCSEC: f64 = 1e-7;
 /// Undecided cells this near a singular point enlarge its square, arcsec.
 const REACH_ARCSEC: f64 = 1e-6;
 
+/// Largest |A| of an image within a singular square; a pole that profiles soften at their floor is steeper.
+const STEEPEST: f64 = 1e12;
+
 /// Stationary point of the arrival time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImageKind {
@@ -147,7 +150,9 @@ impl PointImages {
                 }
                 None | Some(0) => undecided += 1,
                 Some(winding) => match newton(mapping, centre, source, half) {
-                    Newton::Root(theta, jacobian) if apart(centre, theta) <= half => {
+                    Newton::Root(theta, jacobian)
+                        if apart(centre, theta) <= half && jacobian.iter().all(|a| a.abs() < STEEPEST) =>
+                    {
                         roots.push(Root { theta, jacobian, half });
                     }
                     _ => singular.push(SingularPoint { theta_arcsec: centre, winding }),
