@@ -14,6 +14,9 @@ const SINGULAR_SQUARE_ARCSEC: f64 = 1e-7;
 /// Undecided cells this near a singular point enlarge its square, arcsec.
 const REACH_ARCSEC: f64 = 1e-6;
 
+/// Largest |A| of an image within a singular square; a pole that profiles soften at their floor is steeper.
+const STEEPEST: f64 = 1e12;
+
 /// Stationary point of the arrival time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImageKind {
@@ -148,7 +151,7 @@ impl PointImages {
                 None | Some(0) => undecided += 1,
                 Some(winding) => match newton(mapping, centre, source, half) {
                     Newton::Root(theta, jacobian)
-                        if apart(centre, theta) <= half && determinant(jacobian).abs() < POLE =>
+                        if apart(centre, theta) <= half && jacobian.iter().all(|a| a.abs() < STEEPEST) =>
                     {
                         roots.push(Root { theta, jacobian, half });
                     }
@@ -159,13 +162,6 @@ impl PointImages {
         let roots = distinct(roots);
         Self { images: by_arrival(mapping, &roots), singular, winding, undecided }
     }
-}
-
-/// A root of larger |det A| lies in the softened pole of a singular profile: its magnification is below 1e-24.
-const POLE: f64 = 1e24;
-
-fn determinant([xx, xy, yx, yy]: [f64; 4]) -> f64 {
-    xx * yy - xy * yx
 }
 
 /// Images found from neighbouring cells counted once: same parity, and much closer than the cells are wide.
