@@ -254,7 +254,7 @@ fn maximise(
     for _ in 0..MOST_STEPS {
         let curvature = products(lights, &here.curvature) + &diagonal;
         let gradient = project(lights, &here.first) - precision.component_mul(&(&*a - mean));
-        let Some(factor) = curvature.clone().cholesky() else { return None };
+        let factor = curvature.clone().cholesky()?;
         let step = factor.solve(&gradient);
         if !step.iter().all(|s| s.is_finite()) {
             return None;

@@ -11,7 +11,7 @@ mod tidal_study;
 mod view;
 mod view_fits;
 
-pub use advantage::{Advantage, advantage, table1_exposure};
+pub use advantage::{Advantage, Table1Image, advantage, table1_image};
 pub use calibration::{
     CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, RANK_BINS, RANKED_DRAWS, calibrate,
     calibration_of,

@@ -7,7 +7,7 @@ use haloray::imaging::Psf;
 use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
 use haloray::inference::{ImageLikelihood, LatentLikelihood, Observation, find_start};
-use haloray::pipeline::table1_exposure;
+use haloray::pipeline::{Table1Image, table1_image};
 
 fn main() {
     divan::main();
@@ -16,7 +16,7 @@ fn main() {
 const KINDS: [&str; 2] = ["gaussian", "lenstronomy"];
 
 fn likelihood(kind: &str) -> (ImageLikelihood, Vec<f64>) {
-    let (exposure, instrument, _) = table1_exposure(1).expect("the table is valid");
+    let Table1Image { exposure, instrument, .. } = table1_image(1).expect("the table is valid");
     let psf = Psf::gaussian(0.08, 3.0, 0.08).expect("a Gaussian");
     let observation = Observation {
         grid: exposure.grid,

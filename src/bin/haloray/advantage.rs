@@ -42,7 +42,7 @@ pub fn run(args: &AdvantageArgs, bars: &Bars) -> Result<Outcome> {
     let files = staging.commit()?;
     if !bars.is_quiet() {
         for summary in &summaries {
-            crate::print(&table(summary, &study.truths));
+            crate::print(&table(summary, &study.image.truths));
         }
     }
     print_files(&files, bars);
@@ -61,18 +61,19 @@ fn write(
         let description = ModelDescription::built_in(name)?;
         let provenance = Provenance::new(Some(args.seed), crate::fit::toml_of(&description));
         let summary = FitSummary::of(fit, name, seconds);
-        write_fit(fit, &summary, &study.truths, staging, &format!("{name}/"), &provenance)?;
+        write_fit(fit, &summary, &study.image.truths, staging, &format!("{name}/"), &provenance)?;
         summaries.push(summary);
     }
     let save = |name: &str, figure: haloray::plot::Figure| {
         staging.write(format!("{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
     };
-    save("image", exposure_figure(&study.exposure, study.instrument.background_rms_e_s()))?;
+    save("image", exposure_figure(&study.image.exposure, study.image.instrument.background_rms_e_s()))?;
     let (full, minimal) = (("full model", &study.full), ("minimal model", &study.minimal));
     let (od_and_shape, los) =
         (["gamma1_od", "gamma2_od", "lens.e1", "lens.e2"], ["gamma1_los", "gamma2_los"]);
-    let panel =
-        |fits: &[(&str, &haloray::inference::Fit)], names: &[&str]| corner_figure(fits, names, &study.truths);
+    let panel = |fits: &[(&str, &haloray::inference::Fit)], names: &[&str]| {
+        corner_figure(fits, names, &study.image.truths)
+    };
     save("full_os_ds", panel(&[full], &["gamma1_os", "gamma2_os", "gamma1_ds", "gamma2_ds"]))?;
     save("full_od_ellipticity", panel(&[full], &od_and_shape))?;
     save("minimal_od_ellipticity", panel(&[minimal], &od_and_shape))?;
