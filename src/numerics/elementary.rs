@@ -99,7 +99,7 @@ pub fn arctan(w: f64) -> f64 {
     offset + (t + t * z * horner(&ARCTAN, z))
 }
 
-/// eˣ; arguments beyond ±708 are taken as ±708.
+/// eˣ; 0 below −708, and arguments above 708 are taken as 708.
 #[inline(always)]
 pub fn exp(x: f64) -> f64 {
     // x = k·ln 2 + r with |r| ≤ ½ ln 2, then the Taylor series: its first term left out is 4e-18.
@@ -122,14 +122,15 @@ pub fn exp(x: f64) -> f64 {
         1.0 / 479_001_600.0,
         1.0 / 6_227_020_800.0,
     ];
+    let underflows = x < -708.0;
     let x = if x > 708.0 { 708.0 } else { x };
-    let x = if x < -708.0 { -708.0 } else { x };
+    let x = if underflows { -708.0 } else { x };
     let shifted = x * LOG2_E + ROUNDER;
     let k = shifted - ROUNDER;
     let r = (x - k * LN2_HIGH) - k * LN2_LOW;
     let fraction = 1.0 + (r + r * r * horner(&INVERSE_FACTORIALS, r));
     let power = shifted.to_bits().wrapping_add(1023) << 52;
-    fraction * f64::from_bits(power)
+    if underflows { 0.0 } else { fraction * f64::from_bits(power) }
 }
 
 #[cfg(test)]
@@ -161,7 +162,8 @@ mod tests {
             assert!((exp(x) / x.exp() - 1.0).abs() < RELATIVE, "{x}");
         }
         assert_eq!(exp(0.0), 1.0);
-        assert_eq!(exp(-1e9), exp(-708.0));
+        assert_eq!([exp(-1e9), exp(f64::NEG_INFINITY)], [0.0; 2]);
+        assert!(exp(f64::NAN).is_nan());
     }
 
     #[test]

@@ -10,6 +10,7 @@ use nalgebra::Complex;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
+use statrs::function::gamma::gamma_ur;
 
 use super::progress::Progress;
 use crate::error::{Error, Result};
@@ -223,7 +224,8 @@ pub fn calibration_of(names: &[String], fits: &[CalibrationFit]) -> Vec<Paramete
             name: name.clone(),
             rank_counts,
             chi2,
-            p_value: statrs::function::gamma::gamma_ur(0.5 * (RANK_BINS - 1) as f64, 0.5 * chi2),
+            // statrs refuses χ² = 0.
+            p_value: if chi2 > 0.0 { gamma_ur(0.5 * (RANK_BINS - 1) as f64, 0.5 * chi2) } else { 1.0 },
             coverage: fits.iter().filter(|fit| fit.covered[i]).count() as f64 / number,
             mean_pull: fits.iter().map(pull).sum::<f64>() / number,
             median_standard_deviation: widths.get(fits.len() / 2).copied().unwrap_or(f64::NAN),
