@@ -111,6 +111,9 @@ impl Mesh {
 
     /// Flux of every pixel from the brightness of the samples.
     pub(crate) fn integrate(&self, brightness: &[f64]) -> Vec<f64> {
+        if self.samples() + 1 == self.first.len() {
+            return self.weight.iter().zip(brightness).map(|(w, b)| w * b).collect();
+        }
         let flux = |ends: &[usize]| {
             let samples = ends[0]..ends[1];
             self.weight[samples.clone()].iter().zip(&brightness[samples]).map(|(w, b)| w * b).sum()

@@ -79,7 +79,7 @@ impl MassModel {
     }
 }
 
-// Compiled once for each instruction set and called once for eight points.
+// Compiled once for each instruction set and called once for all lanes.
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn epl_deflection(lens: &Epl, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
     lens.complex_deflection(*x, *y)
@@ -113,7 +113,7 @@ impl Responses {
     }
 }
 
-/// Deflections (α_x, α_y) of `lens` at the points (x, y), eight at a time, written over `out`.
+/// Deflections (α_x, α_y) of `lens` at the points (x, y), lanes at a time, written over `out`.
 pub fn deflections(lens: &MassModel, x_arcsec: &[f64], y_arcsec: &[f64], out: &mut [Vec<f64>; 2]) {
     out.iter_mut().for_each(|column| column.resize(x_arcsec.len(), 0.0));
     deflect_all(lens, x_arcsec, y_arcsec, out);
@@ -127,7 +127,7 @@ fn deflect_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut [Vec<f64>; 2]) 
     }
 }
 
-/// Deflection, Hessian and parameter derivatives of `lens` at the points (x, y), eight at a time, written over `out`.
+/// Deflection, Hessian and parameter derivatives of `lens` at the points (x, y), lanes at a time, written over `out`.
 pub fn responses(lens: &MassModel, x_arcsec: &[f64], y_arcsec: &[f64], out: &mut Responses) {
     out.resize(x_arcsec.len(), lens.parameters().len());
     respond_all(lens, x_arcsec, y_arcsec, out);
