@@ -33,6 +33,6 @@ pub use posterior_file::{PosteriorVariable, read_posterior, write_posterior};
 pub use provenance::Provenance;
 pub use ray_table::{Points, ray_table, read_points};
 pub use run_file::{AttributeValue, RunFile};
-pub use simulation_file::{write_maps, write_simulation};
+pub use simulation_file::{read_curves, write_curves, write_maps, write_simulation};
 pub use staging::Staging;
 pub use table::{Column, HALOES_GROUP, POINTS_GROUP, RAYS_GROUP, RELATIONS_GROUP, Table, Values};
