@@ -126,14 +126,14 @@ impl ImageLikelihood {
         by_free.iter().zip(slopes).map(|(d, slope)| d * slope).collect()
     }
 
-    /// A mesh that integrates every pixel to 1% of the background rms at the start and at models scattered around it
-    /// as its metric says.
+    /// A mesh that integrates every pixel to 1% of its noise at the start and at models scattered around it as its metric
+    /// says.
     ///
     /// # Errors
     /// A metric that is not positive definite.
     pub(super) fn adaptive_mesh(&self, start: &Start, seed: u64) -> Result<Mesh> {
-        const TOLERANCE_OF_BACKGROUND_RMS: f64 = 0.01;
-        const MODELS: usize = 16;
+        const TOLERANCE_OF_NOISE: f64 = 0.01;
+        const MODELS: usize = 4;
         let indefinite =
             || Error::out_of_range("the Fisher matrix at the start", "indefinite", "positive definite");
         let factor = start.metric.clone().cholesky().ok_or_else(indefinite)?;
@@ -148,8 +148,15 @@ impl ImageLikelihood {
             let free = self.model.at_latent(&latent).0;
             models.extend(self.fit(&free, false).map(|(_, _, fit)| (free, fit.amplitudes)));
         }
-        let tolerance = TOLERANCE_OF_BACKGROUND_RMS * self.observation.background_rms_e_s;
-        Ok(Mesh::adaptive(&self.observation.grid, tolerance, |points| {
+        let image = self.image(&self.model.at_latent(&start.latent).0);
+        let image = image.ok_or_else(|| {
+            Error::out_of_range("the start", "without an image", "a model that can be evaluated")
+        })?;
+        let [information, _] = informations(&self.observation, &image.model_e_s);
+        let coarsest = self.observation.background_rms_e_s;
+        let noise = |f: f64| if f > 0.0 { f.sqrt().recip() } else { coarsest };
+        let tolerance: Vec<f64> = information.into_iter().map(|f| TOLERANCE_OF_NOISE * noise(f)).collect();
+        Ok(Mesh::adaptive(&self.observation.grid, &tolerance, |points| {
             let points = Mesh::at_points(points);
             let of = |(free, amplitudes): &(Vec<f64>, Vec<f64>)| {
                 let at = self.model.evaluate(free).ok()?;

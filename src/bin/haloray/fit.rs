@@ -48,7 +48,7 @@ pub struct Args {
     /// Likelihood, instead of the model's.
     #[arg(long, value_enum)]
     likelihood: Option<LikelihoodArg>,
-    /// How pixels are integrated, instead of the model's; adaptive if neither says.
+    /// How pixels are integrated, instead of the model's or the image's PIXSAMP; adaptive if none says.
     #[arg(long, value_enum)]
     pixel_sampling: Option<SamplingArg>,
     /// Draws of a chain or walker after which sampling stops, converged or not; nested sampling stops by itself.
@@ -89,7 +89,7 @@ pub enum LikelihoodArg {
 pub enum SamplingArg {
     /// The centre stands for the pixel.
     Point,
-    /// Integrated to 1% of the background.
+    /// Integrated to 1% of the noise.
     Adaptive,
 }
 
@@ -155,7 +155,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         SamplingArg::Point => PixelSampling::Point,
         SamplingArg::Adaptive => PixelSampling::Adaptive,
     });
-    let pixel_sampling = sampling.or(description.pixel_sampling).unwrap_or(PixelSampling::Adaptive);
+    let (observation, keywords) = read_observation(image)?;
+    let sampling = sampling.or(description.pixel_sampling).or(keywords.pixel_sampling);
+    let pixel_sampling = sampling.unwrap_or(PixelSampling::Adaptive);
     description.pixel_sampling = Some(pixel_sampling);
     let settings = FitSettings {
         likelihood: description.likelihood,
@@ -164,7 +166,6 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         seed: args.seed,
     };
     let model = CompiledModel::new(&description)?;
-    let (observation, _) = read_observation(image)?;
     let truths = args.truth.as_deref().map_or(Ok(Vec::new()), read_truths)?;
     let provenance = Provenance::new(Some(args.seed), toml_of(&description));
     let staging = Staging::begin(output)?;
