@@ -93,6 +93,15 @@ pub enum SamplingArg {
     Adaptive,
 }
 
+impl From<SamplingArg> for PixelSampling {
+    fn from(sampling: SamplingArg) -> Self {
+        match sampling {
+            SamplingArg::Point => Self::Point,
+            SamplingArg::Adaptive => Self::Adaptive,
+        }
+    }
+}
+
 impl SamplerArg {
     pub fn settings(self) -> SamplerSettings {
         match self {
@@ -151,10 +160,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
             LikelihoodArg::Lenstronomy => LikelihoodKind::Lenstronomy,
         };
     }
-    let sampling = args.pixel_sampling.map(|sampling| match sampling {
-        SamplingArg::Point => PixelSampling::Point,
-        SamplingArg::Adaptive => PixelSampling::Adaptive,
-    });
+    let sampling = args.pixel_sampling.map(PixelSampling::from);
     let pixel_sampling = sampling.or(description.pixel_sampling).unwrap_or(PixelSampling::Adaptive);
     description.pixel_sampling = Some(pixel_sampling);
     let settings = FitSettings {
