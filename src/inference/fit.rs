@@ -8,8 +8,9 @@ use super::image_likelihood::{ImageLikelihood, ModelImage};
 use super::likelihood::LikelihoodKind;
 use super::model::{CompiledModel, Mesh};
 use super::observation::Observation;
-use super::sampler::{Chains, Evidence, Problem, Progress, SamplerRun, SamplerSettings};
+use super::sampler::{Chains, Evidence, Problem, Progress, Quantities, SamplerRun, SamplerSettings};
 use super::start::{Start, climb_from, find_start};
+use super::valley::{InValley, Valley};
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
 use crate::mapping::tidal::LineOfSightModel;
@@ -112,26 +113,39 @@ impl Fit {
         if settings.pixel_sampling == PixelSampling::Adaptive {
             refine_mesh(&mut likelihood, &mut start, settings.seed)?;
         }
-        let starts = [start.latent.clone()];
-        let problem = Problem { likelihood: &likelihood, starts: &starts, metric: Some(&start.metric) };
-        let mut run = match resumed {
-            Some(run) => run,
-            None => SamplerRun::start(&settings.sampler, settings.seed, &problem)?,
+        let valley = match settings.sampler {
+            SamplerSettings::Nuts(_) => Some(Valley::around(&likelihood, &start, settings.seed)?),
+            _ => None,
         };
-        let quantities = |z: &[f64]| quantities(&likelihood.model, z);
-        let progress =
-            run.finish(&likelihood, &quantities, |run, progress| watch(Stage::Sampling(run, progress)))?;
-        Self::summarise(likelihood, settings, start, run, progress)
+        let (run, progress) = match &valley {
+            Some(valley) => {
+                let inside = InValley { likelihood: &likelihood, valley };
+                let origin = [vec![0.0; start.latent.len()]];
+                let problem = Problem { likelihood: &inside, starts: &origin, metric: None };
+                let quantities = |y: &[f64]| quantities(&likelihood.model, &valley.latent(y));
+                sample(&settings, resumed, &problem, &quantities, &mut watch)?
+            }
+            None => {
+                let starts = [start.latent.clone()];
+                let problem =
+                    Problem { likelihood: &likelihood, starts: &starts, metric: Some(&start.metric) };
+                sample(&settings, resumed, &problem, &|z| quantities(&likelihood.model, z), &mut watch)?
+            }
+        };
+        let mut chains = run.chains().clone();
+        if let Some(valley) = &valley {
+            into_latent(&mut chains, valley);
+        }
+        Self::summarise(likelihood, settings, start, (run, chains), progress)
     }
 
     fn summarise(
         likelihood: ImageLikelihood,
         settings: FitSettings,
         start: Start,
-        run: SamplerRun,
+        (run, chains): (SamplerRun, Chains),
         progress: Progress,
     ) -> Result<Self> {
-        let chains = run.chains().clone();
         let best = best_latent(&chains, &start);
         let best_values = quantities(&likelihood.model, &best);
         let best_fit = likelihood.model.at_latent(&best).0;
@@ -188,6 +202,35 @@ impl Fit {
     pub fn draws_of(&self, name: &str) -> Option<Vec<Vec<f64>>> {
         let i = self.parameters.iter().position(|p| p.name == name)?;
         Some(self.chains.map(|z| quantities(&self.likelihood.model, z)[i]))
+    }
+}
+
+/// Starts or continues the run and finishes it.
+fn sample(
+    settings: &FitSettings,
+    resumed: Option<SamplerRun>,
+    problem: &Problem,
+    quantities: Quantities,
+    watch: &mut impl FnMut(Stage) -> Result<()>,
+) -> Result<(SamplerRun, Progress)> {
+    let mut run = match resumed {
+        Some(run) => run,
+        None => SamplerRun::start(&settings.sampler, settings.seed, problem)?,
+    };
+    let after_block = |run: &SamplerRun, progress: &Progress| watch(Stage::Sampling(run, progress));
+    let progress = run.finish(problem.likelihood, quantities, after_block)?;
+    Ok((run, progress))
+}
+
+/// Draws in the coordinates of a valley as latent coordinates with their ln L.
+fn into_latent(chains: &mut Chains, valley: &Valley) {
+    for chain in &mut chains.chains {
+        let latent: Vec<Vec<f64>> = chain.z.chunks_exact(chains.dimension).map(|y| valley.latent(y)).collect();
+        let draws = chain.z.chunks_exact(chains.dimension).zip(&latent);
+        for (log_likelihood, (y, z)) in chain.log_likelihood.iter_mut().zip(draws) {
+            *log_likelihood -= InValley::prior_ratio(y, z);
+        }
+        chain.z = latent.concat();
     }
 }
 

@@ -15,6 +15,7 @@ mod observation;
 mod prior;
 pub mod sampler;
 mod start;
+mod valley;
 
 pub use draws::{DrawStatistics, HPD_FRACTION};
 pub use fit::{Fit, FitSettings, ParameterSummary, Stage as FitStage};
@@ -23,3 +24,4 @@ pub use latent::LatentLikelihood;
 pub use observation::Observation;
 pub use prior::{Prior, PriorShape};
 pub use start::{Start, find_start};
+pub use valley::Valley;

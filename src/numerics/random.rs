@@ -29,6 +29,8 @@ pub enum Stage {
     Sampling = 16,
     /// Parameter sets that an adaptive mesh is made for.
     Mesh = 18,
+    /// Where the valley of good models is followed; realisation = point.
+    Valley = 19,
     /// Evidence and equal-weight draws of nested sampling.
     Evidence = 17,
 }
