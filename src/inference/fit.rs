@@ -225,7 +225,8 @@ fn sample(
 /// Draws in the coordinates of a valley as latent coordinates with their ln L.
 fn into_latent(chains: &mut Chains, valley: &Valley) {
     for chain in &mut chains.chains {
-        let latent: Vec<Vec<f64>> = chain.z.chunks_exact(chains.dimension).map(|y| valley.latent(y)).collect();
+        let latent: Vec<Vec<f64>> =
+            chain.z.chunks_exact(chains.dimension).map(|y| valley.latent(y)).collect();
         let draws = chain.z.chunks_exact(chains.dimension).zip(&latent);
         for (log_likelihood, (y, z)) in chain.log_likelihood.iter_mut().zip(draws) {
             *log_likelihood -= InValley::prior_ratio(y, z);

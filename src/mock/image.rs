@@ -70,13 +70,8 @@ pub fn image_quality(source_e_s: &[f64], background_rms_e_s: f64, exposure_s: f6
 fn sources(system: &MockSystem, instrument: &Instrument) -> Result<Vec<Sersic>> {
     let main = &system.source;
     let flux = instrument.flux_e_s(main.magnitude);
-    let mut all = vec![Sersic::with_flux(
-        flux,
-        main.radius_arcsec,
-        main.index,
-        main.ellipticity,
-        main.centre_arcsec,
-    )?];
+    let mut all =
+        vec![Sersic::with_flux(flux, main.radius_arcsec, main.index, main.ellipticity, main.centre_arcsec)?];
     for p in &system.perturbers {
         all.push(Sersic::with_flux(p.flux * flux, p.radius_arcsec, p.index, [0.0; 2], p.centre_arcsec)?);
     }

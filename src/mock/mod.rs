@@ -9,5 +9,7 @@ mod system;
 pub use image::{MockImage, image_quality};
 pub use protocol::{HaloMassRule, Protocol, SourceRule};
 pub use recovery::{RecoveredShear, ShearRecovery};
-pub use score::{ModelScore, QualityFit, residual_in_sigma, uncertainty};
-pub use system::{Baryons, Halo, LensedSource, MockColumn, MockSystem, Perturber};
+pub use score::{
+    ModelScore, PAPER_QUALITY_FIT, PAPER_TABLE_2, PaperScore, QualityFit, residual_in_sigma, uncertainty,
+};
+pub use system::{Baryons, Halo, LensedSource, MockColumn, MockSystem, Perturber, PerturberColumn};

@@ -26,6 +26,38 @@ pub fn residual_in_sigma(fit: &ShearRecovery, truth: [f64; 2]) -> f64 {
     distance / sigma[0].hypot(sigma[1])
 }
 
+/// What Table 2 of Hogg et al. 2023 has for a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaperScore {
+    /// haloray's name of the model.
+    pub model: &'static str,
+    /// N_productive of 64.
+    pub productive: usize,
+    /// σ̄.
+    pub mean_uncertainty: f64,
+    /// χ².
+    pub chi2: f64,
+    /// N_{>2σ}.
+    pub outliers: usize,
+}
+
+/// Table 2 of Hogg et al. 2023.
+pub const PAPER_TABLE_2: [PaperScore; 4] = [
+    PaperScore { model: "comprehensive", productive: 63, mean_uncertainty: 0.011, chi2: 1.0, outliers: 0 },
+    PaperScore {
+        model: "no-foreground-shear",
+        productive: 62,
+        mean_uncertainty: 0.011,
+        chi2: 3.4,
+        outliers: 2,
+    },
+    PaperScore { model: "aligned", productive: 56, mean_uncertainty: 0.010, chi2: 62.9, outliers: 36 },
+    PaperScore { model: "power-law", productive: 28, mean_uncertainty: 0.010, chi2: 92.2, outliers: 20 },
+];
+
+/// log₁₀ σ = −0.76 log₁₀ Q + 1.01, the paper's line for `comprehensive`.
+pub const PAPER_QUALITY_FIT: QualityFit = QualityFit { slope: -0.76, intercept: 1.01 };
+
 /// One column of the paper's Table 2, and what it leaves out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelScore {
@@ -79,10 +111,13 @@ impl ModelScore {
         let residuals = productive.iter().map(|(fit, truth, _)| residual_in_sigma(fit, *truth));
         let points: Vec<[f64; 2]> = productive
             .iter()
-            .filter_map(|(fit, _, quality)| Some([quality.filter(|q| *q > 0.0)?.log10(), uncertainty(fit).log10()]))
+            .filter_map(|(fit, _, quality)| {
+                Some([quality.filter(|q| *q > 0.0)?.log10(), uncertainty(fit).log10()])
+            })
             .collect();
         let held = |fit: &ShearRecovery, truth: [f64; 2]| {
-            (0..2).filter(|a| (fit.shear[*a].low..=fit.shear[*a].high).contains(&truth[*a])).count() as f64 / 2.0
+            (0..2).filter(|a| (fit.shear[*a].low..=fit.shear[*a].high).contains(&truth[*a])).count() as f64
+                / 2.0
         };
         let of_fisher = |fit: &ShearRecovery| (fit.shear[0].fisher * fit.shear[1].fisher).sqrt();
         Self {
@@ -155,11 +190,10 @@ mod tests {
         let above = fit([0.02, 0.01], 0.01, 0.03, true);
         let lost = fit([9.0, 9.0], 0.01, 0.03, false);
         let truth = [0.0, 0.0];
-        let score = ModelScore::of("m", &[
-            (&below, truth, Some(1e3)),
-            (&above, truth, Some(1e2)),
-            (&lost, truth, Some(1e2)),
-        ]);
+        let score = ModelScore::of(
+            "m",
+            &[(&below, truth, Some(1e3)), (&above, truth, Some(1e2)), (&lost, truth, Some(1e2))],
+        );
         assert_eq!((score.images, score.productive, score.converged), (3, 2, 3));
         assert!((score.mean_uncertainty - 0.02).abs() < 1e-15);
         // Below the truth σ⁺ counts: (1 + 4)/2; above it σ⁻: (4 + 1)/2.

@@ -117,7 +117,12 @@ impl MockSystem {
     ///
     /// # Errors
     /// A protocol whose lenses hardly ever have the Einstein radius it asks for.
-    pub fn draw_all(protocol: &Protocol, seed: u64, number: u64, pixel_scale_arcsec: f64) -> Result<Vec<Self>> {
+    pub fn draw_all(
+        protocol: &Protocol,
+        seed: u64,
+        number: u64,
+        pixel_scale_arcsec: f64,
+    ) -> Result<Vec<Self>> {
         (0..number).into_par_iter().map(|i| Self::draw(protocol, seed, i, pixel_scale_arcsec)).collect()
     }
 
@@ -147,7 +152,8 @@ impl MockSystem {
             }
         };
         let mut rng = of(2);
-        let [gamma_od, gamma_os, gamma_ds] = std::array::from_fn(|_| on_disk(&mut rng, protocol.largest_shear));
+        let [gamma_od, gamma_os, gamma_ds] =
+            std::array::from_fn(|_| on_disk(&mut rng, protocol.largest_shear));
         let mut rng = of(3);
         let source = place.source(protocol, einstein_radius_arcsec, &mut rng)?;
         let mut rng = of(4);

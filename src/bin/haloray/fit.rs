@@ -114,7 +114,7 @@ impl SamplerArg {
 }
 
 /// The same settings with at most so many draws a chain or walker.
-fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
+pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
     let Some(most) = max_draws else { return Ok(settings) };
     let steps = |block: &mut usize, max: &mut usize, thin: usize| {
         *max = most * thin;
@@ -233,7 +233,7 @@ fn checkpoint_path(output: &Path) -> PathBuf {
 }
 
 /// The image's bytes in short: FNV-1a, to notice another image under the same name.
-fn fingerprint(path: &Path) -> Result<String> {
+pub fn fingerprint(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)

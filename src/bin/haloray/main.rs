@@ -3,6 +3,7 @@
 mod advantage;
 mod bars;
 mod calibration;
+mod catalogue;
 mod completions;
 mod distances;
 mod fit;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use haloray::Result;
 use haloray::imaging::{Instrument, PixelSampling, Psf};
 use haloray::io::{
     CATALOGUE_GROUP, ExposureKeywords, ImageFile, Provenance, Staging, catalogue_table, truth_table,
@@ -10,7 +11,6 @@ use haloray::io::{
 use haloray::mock::{MockImage, MockSystem, Protocol};
 use haloray::pipeline::Progress;
 use haloray::plot::figures::{GridData, MosaicImage, mosaic};
-use haloray::Result;
 use rayon::prelude::*;
 
 use crate::bars::Bars;
@@ -113,8 +113,7 @@ fn write_images(
         })
         .collect::<Result<_>>()?;
     let digits = systems.len().to_string().len().max(2);
-    let names: Vec<String> =
-        (0..systems.len()).map(|i| format!("images/{i:0digits$}.fits")).collect();
+    let names: Vec<String> = (0..systems.len()).map(|i| format!("images/{i:0digits$}.fits")).collect();
     for ((system, image), name) in systems.iter().zip(&images).zip(&names) {
         let n = image.exposure.grid.pixels();
         let file = ImageFile {

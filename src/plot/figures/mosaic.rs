@@ -44,7 +44,8 @@ mod tests {
 
     #[test]
     fn every_image_has_its_panel() {
-        let grid = GridData { values: &[0.1, 0.2, 0.3, 1.0], nx: 2, ny: 2, extent_arcsec: [-1.0, 1.0, -1.0, 1.0] };
+        let grid =
+            GridData { values: &[0.1, 0.2, 0.3, 1.0], nx: 2, ny: 2, extent_arcsec: [-1.0, 1.0, -1.0, 1.0] };
         let one = MosaicImage { image: grid, background_rms_e_per_s: 0.006, name: "7" };
         let figure = mosaic(&[one; 5], 3);
         assert_eq!((figure.panels.len(), figure.columns), (5, 3));

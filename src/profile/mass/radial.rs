@@ -148,7 +148,12 @@ impl<L: RadialLaw> Radial<L> {
 
     /// Deflection, Hessian and parameter derivatives in every lane: the scalar formulae, step by step.
     #[inline(always)]
-    pub(super) fn response_lanes(&self, x: Lanes, y: Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
+    pub(super) fn response_lanes(
+        &self,
+        x: Lanes,
+        y: Lanes,
+        by_parameter: &mut [Cx<Lanes>],
+    ) -> Response<Lanes> {
         let (dx, dy) = (x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
         let (t, u) = self.offset_lanes(dx, dy);
         let ([m, p1], own) = self.law.respond_lanes(u, self.k, self.scale_arcsec);

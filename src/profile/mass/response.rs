@@ -110,7 +110,12 @@ fn sersic_deflection(lens: &SersicMass, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn sersic_response(lens: &SersicMass, x: &Lanes, y: &Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
+fn sersic_response(
+    lens: &SersicMass,
+    x: &Lanes,
+    y: &Lanes,
+    by_parameter: &mut [Cx<Lanes>],
+) -> Response<Lanes> {
     lens.response_lanes(*x, *y, by_parameter)
 }
 
@@ -188,7 +193,10 @@ mod tests {
                 Nfw::new(0.9, 0.4, [0.1, 0.2]).unwrap().with_elliptical_potential([0.1, -0.2]).unwrap(),
             ),
             MassModel::Sersic(
-                SersicMass::new(0.7, 0.2, 3.7, [0.1, 0.0]).unwrap().with_elliptical_potential([0.1, -0.2]).unwrap(),
+                SersicMass::new(0.7, 0.2, 3.7, [0.1, 0.0])
+                    .unwrap()
+                    .with_elliptical_potential([0.1, -0.2])
+                    .unwrap(),
             ),
             MassModel::Sersic(SersicMass::new(0.7, 0.01, 1.0, [0.0, 0.0]).unwrap()),
         ];
