@@ -41,6 +41,8 @@ pub trait Real:
     fn max(self, least: f64) -> Self;
     /// `value` where `test` is below `limit`, elsewhere this number.
     fn unless_below(self, test: Self, limit: f64, value: f64) -> Self;
+    /// `other` where `test` is below `limit`, elsewhere this number.
+    fn or_below(self, test: Self, limit: f64, other: Self) -> Self;
 }
 
 impl Real for f64 {
@@ -77,6 +79,11 @@ impl Real for f64 {
     #[inline(always)]
     fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
         if test < limit { value } else { self }
+    }
+
+    #[inline(always)]
+    fn or_below(self, test: Self, limit: f64, other: Self) -> Self {
+        if test < limit { other } else { self }
     }
 }
 
@@ -208,6 +215,15 @@ impl Real for Lanes {
     #[inline(always)]
     fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
         self.zip(test, |v, test| if test < limit { value } else { v })
+    }
+
+    #[inline(always)]
+    fn or_below(self, test: Self, limit: f64, other: Self) -> Self {
+        let mut out = self;
+        for ((v, test), other) in out.0.iter_mut().zip(test.0).zip(other.0) {
+            *v = if test < limit { other } else { *v };
+        }
+        out
     }
 }
 

@@ -2,7 +2,9 @@
 
 mod advantage;
 mod calibration;
+mod catalogue;
 mod haloes;
+mod one_core_each;
 mod progress;
 mod relations;
 mod simulate;
@@ -16,6 +18,7 @@ pub use calibration::{
     CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, RANK_BINS, RANKED_DRAWS, calibrate,
     calibration_of,
 };
+pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;

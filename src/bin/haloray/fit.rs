@@ -93,6 +93,15 @@ pub enum SamplingArg {
     Adaptive,
 }
 
+impl From<SamplingArg> for PixelSampling {
+    fn from(sampling: SamplingArg) -> Self {
+        match sampling {
+            SamplingArg::Point => Self::Point,
+            SamplingArg::Adaptive => Self::Adaptive,
+        }
+    }
+}
+
 impl SamplerArg {
     pub fn settings(self) -> SamplerSettings {
         match self {
@@ -105,7 +114,7 @@ impl SamplerArg {
 }
 
 /// The same settings with at most so many draws a chain or walker.
-fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
+pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
     let Some(most) = max_draws else { return Ok(settings) };
     let steps = |block: &mut usize, max: &mut usize, thin: usize| {
         *max = most * thin;
@@ -151,10 +160,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
             LikelihoodArg::Lenstronomy => LikelihoodKind::Lenstronomy,
         };
     }
-    let sampling = args.pixel_sampling.map(|sampling| match sampling {
-        SamplingArg::Point => PixelSampling::Point,
-        SamplingArg::Adaptive => PixelSampling::Adaptive,
-    });
+    let sampling = args.pixel_sampling.map(PixelSampling::from);
     let (observation, keywords) = read_observation(image)?;
     let sampling = sampling.or(description.pixel_sampling).or(keywords.pixel_sampling);
     let pixel_sampling = sampling.unwrap_or(PixelSampling::Adaptive);
@@ -228,7 +234,7 @@ fn checkpoint_path(output: &Path) -> PathBuf {
 }
 
 /// The image's bytes in short: FNV-1a, to notice another image under the same name.
-fn fingerprint(path: &Path) -> Result<String> {
+pub fn fingerprint(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
