@@ -53,7 +53,7 @@ impl Default for NutsSettings {
             warmup_draws: 200,
             block_draws: 250,
             max_draws: 10_000,
-            max_gradients: 1_000_000,
+            max_gradients: 600_000,
             target_acceptance: 0.8,
             max_tree_depth: 8,
             start_spread: 1.0,
