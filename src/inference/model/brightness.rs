@@ -1,7 +1,5 @@
 //! Surface brightness of a model at the samples of a mesh, and its derivatives forwards and backwards, in SIMD lanes.
 
-use multiversion::multiversion;
-
 use super::compiled::CompiledModel;
 use super::mesh::Mesh;
 use crate::error::Result;
@@ -103,7 +101,6 @@ fn fill(family: &TidalFamily, (sources, lens_lights): Lights, (x, y): Points, ou
 
 const LIGHT_SLOTS: usize = Sersic::PARAMETERS.len();
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn accumulate(
     family: &TidalFamily,
     (sources, lens_lights): Lights,
@@ -137,7 +134,6 @@ fn accumulate(
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn differentiate(
     family: &TidalFamily,
     (sources, lens_lights): Lights,
