@@ -21,6 +21,8 @@ pub enum Stage {
     NoiseTidalHaloes = 6,
     /// Pixel noise of an image of its own.
     NoiseImage = 7,
+    /// Rays that compare adaptive with exact tracing.
+    AccuracyCheck = 8,
 }
 
 /// The stream of one block of work.

@@ -1,12 +1,14 @@
 //! Recursive ray tracing through one plane per halo (Blandford & Narayan 1986; Schneider 2014).
 
 mod delay;
+mod far_field;
 mod general;
 mod line_of_sight;
 mod plane;
 mod recursion;
 mod segment;
 
+pub use far_field::{AccuracyReport, AdaptiveSegment, Field};
 pub use general::GeneralMultiPlane;
 pub use line_of_sight::{LineOfSight, MainLens};
 pub use plane::Sheets;

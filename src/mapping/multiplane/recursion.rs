@@ -16,7 +16,7 @@ use crate::profile::mass::{MassProfile, RadialDerivatives, nfw_radial};
 /// another's stores (order 2 took 18% longer with 64).
 pub(super) const TILE: usize = 48;
 
-type Lanes = [f64; TILE];
+pub(super) type Lanes = [f64; TILE];
 
 /// State of a tile of rays at comoving distance `chi_cmpc`, its lanes on cache lines.
 #[repr(C, align(64))]
@@ -207,7 +207,7 @@ fn trace<const ORDER: usize>(tile: &mut Tile, planes: &[Plane]) {
 
 /// m (and u·m′, u²·m″) of all rays; the loops over one regime are branch-free.
 #[inline(always)]
-fn radial_functions<const ORDER: usize>(
+pub(super) fn radial_functions<const ORDER: usize>(
     plane: &Plane,
     u: &Lanes,
     m: &mut Lanes,
