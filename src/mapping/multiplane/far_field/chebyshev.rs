@@ -77,10 +77,8 @@ impl Fit {
         (0..self.n * self.n).map(|k| [at(0, k % self.n), at(1, k / self.n)]).collect()
     }
 
-    /// Appends the coefficients up to total degree `degree`; returns the sum of |those left out|.
-    ///
-    /// |T_a T_b| ≤ 1, so that sum bounds what leaving them out does anywhere in the field.
-    pub fn append(&self, values: impl Fn(usize) -> f64, degree: usize, out: &mut Vec<f64>) -> f64 {
+    /// Coefficients of T_a(x)T_b(y) for a, b < n at `[a·n + b]`.
+    fn coefficients(&self, values: impl Fn(usize) -> f64) -> Vec<f64> {
         let n = self.n;
         let mut rows = vec![0.0; n * n];
         for j in 0..n {
@@ -90,32 +88,55 @@ impl Fit {
             }
         }
         let coefficient =
-            |a: usize, b: usize| (0..n).map(|j| self.transform[b * n + j] * rows[a * n + j]).sum::<f64>();
-        let mut left_out = 0.0;
-        for total in 0..=2 * (n - 1) {
+            |k: usize| (0..n).map(|j| self.transform[(k % n) * n + j] * rows[(k / n) * n + j]).sum::<f64>();
+        (0..n * n).map(coefficient).collect()
+    }
+
+    /// The coefficients by total degree up to `degree_max`, and for each degree d the sum of |those above d|.
+    ///
+    /// |T_a T_b| ≤ 1, so that sum bounds what leaving them out does anywhere in the field.
+    pub fn by_degree(&self, values: impl Fn(usize) -> f64, degree_max: usize) -> (Vec<f64>, Vec<f64>) {
+        let (n, all) = (self.n, self.coefficients(values));
+        let (mut kept, mut sizes) = (Vec::with_capacity(terms(degree_max)), vec![0.0; 2 * n - 1]);
+        for (total, size) in sizes.iter_mut().enumerate() {
             for b in total.saturating_sub(n - 1)..=total.min(n - 1) {
-                let c = coefficient(total - b, b);
-                if total <= degree {
-                    out.push(c);
-                } else {
-                    left_out += c.abs();
+                let c = all[(total - b) * n + b];
+                *size += c.abs();
+                if total <= degree_max {
+                    kept.push(c);
                 }
             }
         }
-        left_out
+        let mut left_out = vec![0.0; degree_max + 1];
+        let mut sum: f64 = sizes[degree_max + 1..].iter().sum();
+        for d in (0..=degree_max).rev() {
+            left_out[d] = sum;
+            sum += sizes[d];
+        }
+        (kept, left_out)
+    }
+
+    /// All n² coefficients, and the sum of |those with a or b in the last two places|.
+    pub fn all(&self, values: impl Fn(usize) -> f64) -> (Vec<f64>, f64) {
+        let (n, all) = (self.n, self.coefficients(values));
+        let last = (0..n * n).filter(|k| (k / n).max(k % n) + 2 >= n).map(|k| all[k].abs()).sum();
+        (all, last)
     }
 }
 
-/// Values of the products at one scaled point, in the order of [`Fit::append`].
+/// T_0(x) … T_15(x).
+#[inline(always)]
+pub(super) fn chebyshev(x: f64) -> [f64; 16] {
+    let mut t = [1.0; 16];
+    t[1] = x;
+    for a in 2..16 {
+        t[a] = 2.0 * x * t[a - 1] - t[a - 2];
+    }
+    t
+}
+
+/// Values of the products at one scaled point, in the order of [`Fit::by_degree`].
 pub(super) fn basis(degree: usize, point: [f64; 2], mut set: impl FnMut(usize, f64)) {
-    let chebyshev = |x: f64| {
-        let mut t = [1.0; 16];
-        t[1] = x;
-        for a in 2..=degree {
-            t[a] = 2.0 * x * t[a - 1] - t[a - 2];
-        }
-        t
-    };
     let (tx, ty) = (chebyshev(point[0]), chebyshev(point[1]));
     let mut k = 0;
     for total in 0..=degree {
@@ -137,8 +158,8 @@ mod tests {
         let nodes = fit.nodes_arcsec(&field);
         let f = |t: [f64; 2]| 0.3 + t[0] * t[1] * t[1] - 0.2 * t[0].powi(4) + 0.01 * (t[0] * t[1]).powi(3);
         for (degree, exact) in [(6, true), (4, false)] {
-            let mut c = Vec::new();
-            let left_out = fit.append(|i| f(nodes[i]), degree, &mut c);
+            let (c, left_out) = fit.by_degree(|i| f(nodes[i]), degree);
+            let left_out = left_out[degree];
             assert_eq!(c.len(), terms(degree));
             let mut worst = 0.0_f64;
             for i in 0..100 {

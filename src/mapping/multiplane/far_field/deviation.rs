@@ -2,7 +2,7 @@
 
 use multiversion::multiversion;
 
-use super::chebyshev::{Field, basis, terms};
+use super::chebyshev::{Field, basis, chebyshev, terms};
 use super::skeleton::Skeleton;
 use crate::mapping::multiplane::recursion::{Lanes, TILE, radial_functions};
 
@@ -15,15 +15,26 @@ pub(super) struct Ends {
 /// Terms of the highest degree in use (15).
 const TERMS_MAX: usize = terms(15);
 
+/// N polynomials together: each product of the basis is loaded once.
 #[inline(always)]
-fn polynomial(coefficients: &[f64], basis: &[Lanes]) -> Lanes {
-    let mut sum = [0.0; TILE];
-    for (c, b) in coefficients.iter().zip(basis) {
-        for i in 0..TILE {
-            sum[i] += c * b[i];
+fn evaluate<const N: usize>(polynomials: &[[f64; N]], basis: &[Lanes]) -> [Lanes; N] {
+    let mut sums = [[0.0; TILE]; N];
+    // So many lanes stay in registers over all terms, in enough independent sums.
+    const LANES: usize = 24;
+    for first in (0..TILE).step_by(LANES) {
+        let mut sum = [[0.0; LANES]; N];
+        for (c, b) in polynomials.iter().zip(basis) {
+            for n in 0..N {
+                for i in 0..LANES {
+                    sum[n][i] += c[n] * b[first + i];
+                }
+            }
+        }
+        for n in 0..N {
+            sums[n][first..first + LANES].copy_from_slice(&sum[n]);
         }
     }
-    sum
+    sums
 }
 
 /// y ← y + Δχ v, v ← v − f α(θ_S + y/χ) at rough planes, v ← v − H y − ½T y y at stations; errors beside them.
@@ -34,21 +45,20 @@ fn polynomial(coefficients: &[f64], basis: &[Lanes]) -> Lanes {
 #[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 pub(super) fn trace(skeleton: &Skeleton, field: &Field, theta: &[[f64; 2]]) -> Ends {
-    let path_terms = terms(skeleton.degree);
+    let mask: u32 = std::env::var("MASK").ok().map_or(u32::MAX, |m| m.parse().unwrap());
+    let on = |b: u32| if mask >> b & 1 == 1 { 1.0 } else { 0.0 };
     let mut products = [[0.0; TILE]; TERMS_MAX];
     let last = theta.len() - 1;
     for i in 0..TILE {
-        basis(skeleton.degree, field.scaled(theta[i.min(last)]), |k, b| products[k][i] = b);
+        basis(skeleton.nodes - 1, field.scaled(theta[i.min(last)]), |k, b| products[k][i] = b);
     }
-    let products = &products[..path_terms];
+    let products = &products[..terms(skeleton.nodes - 1)];
     let (mut y, mut v): ([Lanes; 2], [Lanes; 2]) = ([[0.0; TILE]; 2], [[0.0; TILE]; 2]);
     // Bounds of the errors of y and v.
     let (mut ey, mut ev): (Lanes, Lanes) = ([0.0; TILE], [0.0; TILE]);
     let mut chi = skeleton.chi_start;
-    let mut rough = skeleton.rough.iter().zip(skeleton.paths.chunks_exact(2 * path_terms)).peekable();
-    let [h_terms, t_terms] = skeleton.tide_terms;
+    let mut rough = skeleton.rough.iter().peekable();
     let borders = skeleton.borders_cmpc.iter().enumerate().skip(1);
-    let mut tides = skeleton.tides.chunks_exact(3 * h_terms + 4 * t_terms).skip(1);
     for (g, &border) in borders {
         let step = border - chi;
         chi = border;
@@ -67,20 +77,20 @@ pub(super) fn trace(skeleton: &Skeleton, field: &Field, theta: &[[f64; 2]]) -> E
             let slope = (a * a + b * b).sqrt();
             let (a, b) = (y_here[0][i], y_here[1][i]);
             let r = (a * a + b * b).sqrt() + step * slope;
-            ey[i] += before.tide_spread * slope
-                + before.flexion * step * step * slope * r
-                + before.tide * before.tide * step * step * r;
-            ev[i] += before.flexion * step * step * slope * slope * 0.25
-                + before.fourth * r * r * r / 6.0
-                + before.tide * before.tide * step * r;
+            ey[i] += on(7)*before.tide_spread * slope
+                + on(8)*before.flexion * step * step * slope * r
+                + on(4)*before.tide * before.tide * step * step * r;
+            ev[i] += on(5)*before.flexion * step * step * slope * slope * 0.25
+                + on(6)*before.fourth * r * r * r / 6.0
+                + on(1)*before.tide_root * before.tide_root * step * r;
             if !(r <= room) {
                 ev[i] = f64::INFINITY;
             }
         }
-        while let Some((rough, path)) = rough.next_if(|(rough, _)| rough.cell == g) {
+        while let Some(rough) = rough.next_if(|rough| rough.cell == g) {
             let plane = &rough.plane;
-            let qx = polynomial(&path[..path_terms], products);
-            let qy = polynomial(&path[path_terms..], products);
+            let [qx, qy] = evaluate(&rough.path, products);
+            let [px, py] = rough.kick.at(&qx, &qy);
             let (mut tx, mut ty, mut u) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
             for i in 0..TILE {
                 tx[i] = qx[i] + y_here[0][i] * inv_chi - plane.centre_arcsec[0];
@@ -91,21 +101,17 @@ pub(super) fn trace(skeleton: &Skeleton, field: &Field, theta: &[[f64; 2]]) -> E
             radial_functions::<0>(plane, &u, &mut m, &mut p1, &mut p2);
             for i in 0..TILE {
                 let km = plane.fk * m[i];
-                let part = rough.kick.at(qx[i], qy[i]);
-                v[0][i] -= km * tx[i] - part[0];
-                v[1][i] -= km * ty[i] - part[1];
+                v[0][i] -= km * tx[i] - px[i];
+                v[1][i] -= km * ty[i] - py[i];
                 let t = (u[i] / plane.inv_r_s2).sqrt();
-                let e = rough.error_arcsec + ey[i] * inv_chi;
+                let e = on(0)*rough.error_arcsec + ey[i] * inv_chi;
                 let far = 1.25 * e;
                 let near = 2.0 * t + e;
                 ev[i] += km.abs() * if far < near { far } else { near };
             }
         }
-        let Some(tides) = tides.next() else { break };
-        let (h, t) = tides.split_at(3 * h_terms);
-        let [hxx, hxy, hyy] = [0, 1, 2].map(|c| polynomial(&h[c * h_terms..][..h_terms], products));
-        let [txxx, txxy, txyy, tyyy] =
-            [0, 1, 2, 3].map(|c| polynomial(&t[c * t_terms..][..t_terms], products));
+        let (h, t) = &skeleton.tides[g];
+        let ([hxx, hxy, hyy], [txxx, txxy, txyy, tyyy]) = (evaluate(h, products), evaluate(t, products));
         let [h_error, t_error] = skeleton.tide_errors[g];
         let (tide, flexion) = (before.tide + behind.tide, before.flexion + behind.flexion);
         for i in 0..TILE {
@@ -115,15 +121,19 @@ pub(super) fn trace(skeleton: &Skeleton, field: &Field, theta: &[[f64; 2]]) -> E
                 hxx[i] * a + hxy[i] * b + 0.5 * (txxx[i] * a * a + 2.0 * txxy[i] * a * b + txyy[i] * b * b);
             v[1][i] -=
                 hxy[i] * a + hyy[i] * b + 0.5 * (txxy[i] * a * a + 2.0 * txyy[i] * a * b + tyyy[i] * b * b);
-            ev[i] += (tide + flexion * (r + ey[i])) * ey_before[i] + h_error * r + 0.5 * t_error * r * r;
+            ev[i] += (tide + flexion * (r + ey[i])) * ey_before[i] + on(2)*h_error * r + on(3)*0.5 * t_error * r * r;
         }
     }
-    let end = &skeleton.paths[skeleton.rough.len() * 2 * path_terms..];
-    let mut x = [polynomial(&end[..path_terms], products), polynomial(&end[path_terms..], products)];
+    let mut x = [[0.0; TILE]; 2];
     for i in 0..TILE {
+        let [tx, ty] = field.scaled(theta[i.min(last)]).map(chebyshev);
+        let n = skeleton.nodes;
+        for (x, end) in x.iter_mut().zip(&skeleton.end) {
+            x[i] = (0..n * n).map(|k| end[k] * tx[k / n] * ty[k % n]).sum();
+        }
         x[0][i] += y[0][i];
         x[1][i] += y[1][i];
-        ey[i] += skeleton.end_error;
+        ey[i] += on(10)*skeleton.end_error;
         if !(ev[i] < f64::INFINITY && ey[i] < f64::INFINITY) {
             ey[i] = f64::INFINITY;
         }

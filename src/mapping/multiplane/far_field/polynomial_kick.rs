@@ -2,8 +2,9 @@
 
 use super::chebyshev::{Field, Fit, terms};
 use crate::mapping::multiplane::plane::Plane;
+use crate::mapping::multiplane::recursion::{Lanes, TILE};
 
-/// Total degree of the polynomial; any would do, a higher one leaves smaller deviations.
+/// Total degree of the polynomial; any would do: a higher one leaves smaller deviations but a less smooth skeleton.
 const DEGREE: usize = 4;
 const TERMS: usize = terms(DEGREE);
 
@@ -12,7 +13,7 @@ const TERMS: usize = terms(DEGREE);
 pub(super) struct PolynomialKick {
     centre_arcsec: [f64; 2],
     inv_half: [f64; 2],
-    coefficients: [[f64; TERMS]; 2],
+    coefficients: [[f64; 2]; TERMS],
 }
 
 impl PolynomialKick {
@@ -28,36 +29,38 @@ impl PolynomialKick {
                 t.map(|t| km * t)
             })
             .collect();
-        let coefficients = [0, 1].map(|c| {
-            let mut fitted = Vec::with_capacity(TERMS);
-            fit.append(|i| kicks[i][c], DEGREE, &mut fitted);
-            std::array::from_fn(|k| fitted[k])
-        });
+        let [x, y] = [0, 1].map(|c| fit.by_degree(|i| kicks[i][c], DEGREE).0);
+        let coefficients = std::array::from_fn(|k| [x[k], y[k]]);
         Self { centre_arcsec, inv_half: half_arcsec.map(|h| 1.0 / h), coefficients }
     }
 
-    /// The polynomial at θ.
+    /// The polynomial at a tile of directions.
     #[inline(always)]
-    pub fn at(&self, theta_x: f64, theta_y: f64) -> [f64; 2] {
-        let x = (theta_x - self.centre_arcsec[0]) * self.inv_half[0];
-        let y = (theta_y - self.centre_arcsec[1]) * self.inv_half[1];
-        let (mut tx, mut ty) = ([1.0; DEGREE + 1], [1.0; DEGREE + 1]);
-        tx[1] = x;
-        ty[1] = y;
-        for a in 2..=DEGREE {
-            tx[a] = 2.0 * x * tx[a - 1] - tx[a - 2];
-            ty[a] = 2.0 * y * ty[a - 1] - ty[a - 2];
+    pub fn at(&self, theta_x: &Lanes, theta_y: &Lanes) -> [Lanes; 2] {
+        let (mut tx, mut ty) = ([[1.0; TILE]; DEGREE + 1], [[1.0; TILE]; DEGREE + 1]);
+        for i in 0..TILE {
+            tx[1][i] = (theta_x[i] - self.centre_arcsec[0]) * self.inv_half[0];
+            ty[1][i] = (theta_y[i] - self.centre_arcsec[1]) * self.inv_half[1];
         }
-        let mut sum = [0.0; 2];
+        for a in 2..=DEGREE {
+            for i in 0..TILE {
+                tx[a][i] = 2.0 * tx[1][i] * tx[a - 1][i] - tx[a - 2][i];
+                ty[a][i] = 2.0 * ty[1][i] * ty[a - 1][i] - ty[a - 2][i];
+            }
+        }
+        let (mut sum_x, mut sum_y) = ([0.0; TILE], [0.0; TILE]);
         let mut k = 0;
         for total in 0..=DEGREE {
             for b in 0..=total {
-                let product = tx[total - b] * ty[b];
-                sum[0] += self.coefficients[0][k] * product;
-                sum[1] += self.coefficients[1][k] * product;
+                let [cx, cy] = self.coefficients[k];
+                for i in 0..TILE {
+                    let product = tx[total - b][i] * ty[b][i];
+                    sum_x[i] += cx * product;
+                    sum_y[i] += cy * product;
+                }
                 k += 1;
             }
         }
-        sum
+        [sum_x, sum_y]
     }
 }

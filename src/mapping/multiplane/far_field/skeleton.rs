@@ -11,9 +11,9 @@ use crate::mapping::multiplane::recursion::{Lanes, TILE, Tile, radial_functions}
 use crate::profile::mass::RadialDerivatives;
 
 /// A cell is at most this part of the whole path deep; every rough halo is the border of cells besides.
-const CELLS: usize = 512;
+const CELLS: usize = 768;
 /// Total degrees in θ of H and of T.
-const TIDE_DEGREES: [usize; 2] = [9, 4];
+const TIDE_DEGREES: [usize; 2] = [10, 6];
 /// Components of the tides of a station: H (xx, xy, yy) and T (xxx, xxy, xyy, yyy).
 pub(super) const TIDES: usize = 7;
 /// Aliased coefficients equal those left out: twice their sum bounds the interpolation (docs/ADAPTIVE_TRACING.md).
@@ -27,15 +27,36 @@ pub(super) struct Rough {
     pub kick: PolynomialKick,
     /// The cell that begins at this plane.
     pub cell: usize,
-    /// Error of the skeleton's position there, arcsec.
+    /// The skeleton's position there, arcsec, and its error.
+    pub path: Polynomials<2>,
     pub error_arcsec: f64,
+}
+
+/// N polynomials of one degree, term by term in the order of [`Fit::by_degree`].
+pub(super) type Polynomials<const N: usize> = Vec<[f64; N]>;
+
+/// Fits N functions with the lowest degree up to `degree_max` that leaves out at most `tolerance` of each.
+fn fit_many<const N: usize>(
+    fit: &Fit,
+    value: impl Fn(usize, usize) -> f64,
+    degree_max: usize,
+    tolerance: f64,
+) -> (Polynomials<N>, [f64; N]) {
+    let each: [_; N] = std::array::from_fn(|c| fit.by_degree(|node| value(c, node), degree_max));
+    let enough = |d: &usize| each.iter().all(|(_, left_out)| left_out[*d] <= tolerance);
+    let degree = (0..degree_max).find(enough).unwrap_or(degree_max);
+    let polynomials = (0..terms(degree)).map(|k| std::array::from_fn(|c| each[c].0[k])).collect();
+    // What is left out on purpose is known; only what the highest degrees leave also stands for aliases.
+    let errors = std::array::from_fn(|c| each[c].1[degree] + (ALIASING - 1.0) * each[c].1[degree_max]);
+    (polynomials, errors)
 }
 
 /// Upper bounds over the smooth planes of one cell, all times (1/χ)^(derivatives of α).
 #[derive(Clone, Copy, Default)]
 pub(super) struct CellBounds {
-    /// Σ|H|, Σ|H|·w_a w_b Δ², Σ|T|, Σ|∂T|.
+    /// Σ|H|, Σ|H|√(w_a w_b), Σ|H|·w_a w_b Δ², Σ|T|, Σ|∂T|.
     pub tide: f64,
+    pub tide_root: f64,
     pub tide_spread: f64,
     pub flexion: f64,
     pub fourth: f64,
@@ -43,22 +64,33 @@ pub(super) struct CellBounds {
 
 /// Skeleton rays and tides.
 pub(super) struct Skeleton {
-    pub degree: usize,
+    /// Nodes a side; all polynomials are of lower degree.
+    pub nodes: usize,
     pub chi_start: f64,
     /// Borders of the cells, Mpc; the tides of the smooth haloes act there.
     pub borders_cmpc: Vec<f64>,
     pub rough: Vec<Rough>,
-    /// Two polynomials (θ_x, θ_y) a rough plane, then those of the end (x, y in Mpc·arcsec).
-    pub paths: Vec<f64>,
+    /// x and y (Mpc·arcsec) at the end: n² coefficients each, and their error.
+    pub end: [Vec<f64>; 2],
     pub end_error: f64,
-    /// Terms of each polynomial of H and of T, and the polynomials: 3 of H, 4 of T a border.
-    pub tide_terms: [usize; 2],
-    pub tides: Vec<f64>,
-    /// Errors of H and T at a border.
+    /// At each border H (xx, xy, yy) and T (xxx, xxy, xyy, yyy), and their errors.
+    pub tides: Vec<(Polynomials<3>, Polynomials<4>)>,
     pub tide_errors: Vec<[f64; 2]>,
     pub cells: Vec<CellBounds>,
     /// Largest deviation (arcsec) for which the bounds hold.
     pub room_arcsec: f64,
+}
+
+/// A typical deviation in field radii, to weigh T against H when degrees are chosen.
+const DEVIATION: f64 = 0.01;
+
+/// What polynomials of lower degree may leave out.
+#[derive(Clone, Copy)]
+pub(super) struct Tolerances {
+    /// Of a path, arcsec.
+    pub path_arcsec: f64,
+    /// Of the tides of the whole way, dimensionless.
+    pub tide: f64,
 }
 
 /// What a tile of nodes brings home.
@@ -93,7 +125,7 @@ impl Stretch<'_> {
     }
 
     /// Traces n×n nodes through the smooth planes and fits; none when the bundle grows wider than the bounds allow.
-    pub fn skeleton(&self, field: &Field, n: usize) -> Option<Skeleton> {
+    pub fn skeleton(&self, field: &Field, n: usize, tolerances: Tolerances) -> Option<Skeleton> {
         let fit = Fit::new(n);
         let nodes = fit.nodes_arcsec(field);
         let lane = |node: usize| (node / TILE, node % TILE);
@@ -115,51 +147,49 @@ impl Stretch<'_> {
                 }
             }
         }
-        let fitted: Vec<(Vec<f64>, f64)> = (0..=rough_planes.len())
-            .into_par_iter()
-            .map(|k| {
-                let mut paths = Vec::with_capacity(2 * terms(degree));
-                let errors = [0, 1].map(|c| {
-                    let value = |node: usize| {
-                        let (tile, lane) = lane(node);
-                        tiles[tile].rough_theta.get(k).unwrap_or(&tiles[tile].end)[c][lane]
-                    };
-                    fit.append(value, degree, &mut paths)
-                });
-                (paths, ALIASING * errors[0].hypot(errors[1]))
+        let value = |node: usize| (&tiles[node / TILE], node % TILE);
+        let rough: Vec<Rough> = rough_planes.par_iter().zip(kicks).enumerate().map(|(k, (&i, kick))| {
+            let theta = |c: usize, node: usize| {
+                let (tile, lane) = value(node);
+                tile.rough_theta[k][c][lane]
+            };
+            let (path, errors) = fit_many::<2>(&fit, theta, degree, tolerances.path_arcsec);
+            let cell = borders.partition_point(|b| *b < self.planes[i].chi_cmpc);
+            Rough { plane: self.planes[i], kick, path, cell, error_arcsec: errors[0].hypot(errors[1]) }
+        }).collect();
+        let ends = [0, 1].map(|c| {
+            fit.all(|node| {
+                let (tile, lane) = value(node);
+                tile.end[c][lane]
             })
-            .collect();
-        let degrees = TIDE_DEGREES.map(|d| d.min(degree));
-        let fitted_tides: Vec<(Vec<f64>, [f64; 2])> = (0..borders.len())
-            .into_par_iter()
-            .map(|g| {
-                let (mut tides, mut errors) = (Vec::new(), [0.0; 2]);
-                for c in 0..TIDES {
-                    let value = |node: usize| {
-                        let (tile, lane) = lane(node);
-                        tiles[tile].tides[g][c][lane]
-                    };
-                    let part = usize::from(c >= 3);
-                    errors[part] += ALIASING * fit.append(value, degrees[part], &mut tides);
-                }
-                (tides, errors)
-            })
-            .collect();
-        let rough = rough_planes.iter().zip(&fitted).zip(kicks).map(|((&i, (_, error)), kick)| Rough {
-            plane: self.planes[i],
-            kick,
-            cell: borders.partition_point(|b| *b < self.planes[i].chi_cmpc),
-            error_arcsec: *error,
         });
+        let end_error = ends[0].1.hypot(ends[1].1);
+        let degrees = TIDE_DEGREES.map(|d| d.min(degree));
+        let fitted_tides: Vec<_> = borders
+            .par_iter()
+            .enumerate()
+            .map(|(g, chi)| {
+                let tide = |c: usize, node: usize| {
+                    let (tile, lane) = value(node);
+                    tile.tides[g][c][lane]
+                };
+                // A deviation of y changes the end by y·H·χ_end.
+                let tolerance = tolerances.tide / (chi.max(self.chi_end / CELLS as f64) * borders.len() as f64);
+                let (h, eh) = fit_many::<3>(&fit, tide, degrees[0], tolerance);
+                let reach = DEVIATION * radius * chi.max(self.chi_end / CELLS as f64);
+                let (t, et) = fit_many::<4>(&fit, |c, node| tide(c + 3, node), degrees[1], tolerance / reach);
+                ((h, t), [eh[1] + eh[0].max(eh[2]), et.iter().sum()])
+            })
+            .collect();
+        let (tides, tide_errors) = fitted_tides.into_iter().unzip();
         Some(Skeleton {
-            degree,
+            nodes: n,
             chi_start: self.chi_start,
-            rough: rough.collect(),
-            end_error: fitted[rough_planes.len()].1,
-            paths: fitted.into_iter().flat_map(|(paths, _)| paths).collect(),
-            tide_terms: degrees.map(terms),
-            tide_errors: fitted_tides.iter().map(|(_, errors)| *errors).collect(),
-            tides: fitted_tides.into_iter().flat_map(|(tides, _)| tides).collect(),
+            rough,
+            end: ends.map(|(coefficients, _)| coefficients),
+            end_error,
+            tides,
+            tide_errors,
             cells: self.bounds(&borders, WIDENING * radius),
             borders_cmpc: borders,
             room_arcsec: 0.5 * (WIDENING - 1.0) * radius,
@@ -185,8 +215,9 @@ impl Stretch<'_> {
                 cell.fourth += 15.0 * steep * km / (t * t) * inv_chi * inv_chi * inv_chi;
             }
             cell.tide += tide * plane.inv_chi;
-            cell.tide_spread +=
-                tide * plane.inv_chi * (plane.chi_cmpc - borders[g]) * (borders[g + 1] - plane.chi_cmpc);
+            let spread = (plane.chi_cmpc - borders[g]) * (borders[g + 1] - plane.chi_cmpc);
+            cell.tide_spread += tide * plane.inv_chi * spread;
+            cell.tide_root += tide * plane.inv_chi * spread.sqrt() / (borders[g + 1] - borders[g]);
         }
         cells
     }
@@ -225,11 +256,11 @@ fn trace_nodes(stretch: &Stretch, borders: &[f64], kicks: &[PolynomialKick], the
                     tides[2][i] -= w * sheet;
                 }
             }
+            let [theta_x, theta_y] = &home.rough_theta[home.rough_theta.len() - 1];
+            let kick = kicks[home.rough_theta.len() - 1].at(theta_x, theta_y);
             for i in 0..TILE {
-                let (x, y) = (tile.x[0][i], tile.x[1][i]);
-                let kick = kicks[home.rough_theta.len() - 1].at(x * plane.inv_chi, y * plane.inv_chi);
-                tile.s[0][i] += sheet * x - kick[0];
-                tile.s[1][i] += sheet * y - kick[1];
+                tile.s[0][i] += sheet * tile.x[0][i] - kick[0][i];
+                tile.s[1][i] += sheet * tile.x[1][i] - kick[1][i];
             }
             continue;
         }
