@@ -24,10 +24,17 @@ check:
 oracle-setup:
     python3 -m venv .venv
     .venv/bin/pip install --quiet lenstronomy==1.14.2 colossus==1.4.0 "astropy>=8" h5py mpmath
+    .venv/bin/pip install --quiet arviz==0.22.0 emcee h5netcdf netcdf4
 
 # make every reference file of data/reference again
 reference: oracle-setup
     for script in data/reference/make_*.py; do .venv/bin/python "$script"; done
+
+# ArviZ opens a posterior.nc, through both netCDF readers
+arviz: oracle-setup
+    mkdir -p target/arviz
+    HALORAY_POSTERIOR_FOLDER=target/arviz cargo test --release --lib leaves_a_file_for_arviz -- --ignored
+    .venv/bin/python data/netcdf/check_posterior.py target/arviz/posterior.nc
 
 # long comparison with lenstronomy on a full cone; writes docs/ORACLE.md
 oracle: oracle-setup
@@ -43,3 +50,14 @@ bench: oracle-setup
     cargo bench
     cargo build --release
     .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --summary docs/BENCHMARKS.md
+
+# are posteriors right? 200 systems drawn from a prior and fitted under it (docs/CALIBRATION.md)
+calibration:
+    cargo run --release -- study calibration -n 200 -o calibration
+
+# a lenstronomy image fitted by haloray and by emcee on lenstronomy's likelihood; writes docs/FIT.md
+bench-fit: oracle-setup
+    .venv/bin/pip install --quiet emcee==3.1.6
+    cargo build --release
+    bench=$(cargo bench --bench fit --no-run 2>&1 | sed -n 's/.*(\(.*fit-[0-9a-f]*\))/\1/p') && \
+    .venv/bin/python data/oracle/bench_fit.py --binary target/release/haloray --bench "$bench" --summary docs/FIT.md

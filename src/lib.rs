@@ -12,6 +12,7 @@
 //! | trace | [`mapping`] | haloes, sheets | [`mapping::multiplane::LineOfSight`] → any [`mapping::Mapping`] |
 //! | diagnose | [`diagnostics`] | haloes, mapping | Δ_h, od/os/ds/LOS tensors, maps |
 //! | image | [`imaging`] | mapping, source light | [`imaging::Exposure`] |
+//! | fit | [`inference`] | image, model | [`inference::Fit`]: posterior, convergence, best fit |
 //! | run | [`pipeline`] | config | [`pipeline::Simulation`] |
 //! | save, draw | [`io`], [`plot`], [`report`] | simulation | HDF5, FITS, figures |
 //!

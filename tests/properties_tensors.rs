@@ -129,7 +129,7 @@ fn one_lens_has_the_textbook_arrival_time() {
     // τ = D_Δt/c·[½(θ−β)² − ψ], D_Δt = χ_d χ_s/(χ_s − χ_d) in comoving distances with τ as observed.
     let background = Background::paper();
     let profile = MassModel::Epl(Epl::new(1.5, 2.3, [0.1, -0.2], [0.05, 0.02]).unwrap());
-    let (lens, empty) = (MainLens { z: Z_LENS, profile }, sight(&[]));
+    let (lens, empty) = (MainLens { z: Z_LENS, profile: profile.clone() }, sight(&[]));
     let (d, s) = (background.comoving_distance_mpc(Z_LENS), background.comoving_distance_mpc(Z_SOURCE));
     let theta = [[1.4, 0.3], [-0.9, 0.8], [0.2, -1.7]];
     let mapping = empty.through_lens(&lens).unwrap();

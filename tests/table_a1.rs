@@ -66,13 +66,13 @@ impl Case {
         let (near, far) = (sheet(z_near), sheet(z_far));
         let profiles = [
             (z_far, MassModel::External(far.profile)),
-            (z_lens, MassModel::Epl(lens)),
+            (z_lens, MassModel::Epl(lens.clone())),
             (z_near, MassModel::External(near.profile)),
         ];
         let planes = GeneralMultiPlane::new(&background, z_source, &profiles).unwrap();
         let model = tidal_model(&near, chi_lens, &far, chi_source);
         let time_delay_distance_mpc = chi_lens * chi_source / (chi_source - chi_lens);
-        let tidal = TidalLens { model, lenses: vec![MassModel::Epl(lens)], time_delay_distance_mpc };
+        let tidal = TidalLens { model, lenses: vec![MassModel::Epl(lens.clone())], time_delay_distance_mpc };
         Self { near, chi_lens, lens, far, chi_source, tidal, planes }
     }
 

@@ -1,14 +1,23 @@
-//! What the line of sight does: per-halo tidal variation, od/os/ds/LOS tensors, maps.
+//! What the line of sight does: per-halo tidal variation, od/os/ds/LOS tensors, maps, images of points, critical curves.
 
+mod contour;
+mod critical_curves;
 mod distortion;
 mod effective;
 mod halo_tidal;
+mod image_cells;
 mod maps;
+mod point_images;
+mod sky_window;
 mod variation;
+mod winding;
 
 pub use crate::mapping::tidal::Tidal;
+pub use critical_curves::{CriticalCurve, CriticalCurves, CurveKind};
 pub use distortion::Distortion;
 pub use effective::EffectiveLineOfSight;
 pub use halo_tidal::HaloTidal;
 pub use maps::{MapGrid, TidalMaps};
+pub use point_images::{ImageKind, PointImage, PointImages, SingularPoint};
+pub use sky_window::SkyWindow;
 pub use variation::{ShearVariation, flexion_regime_variation, total_variation};

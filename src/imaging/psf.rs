@@ -60,35 +60,88 @@ impl Psf {
     pub fn convolve(&self, image: &[f64], n: usize) -> Vec<f64> {
         match self {
             Self::None => image.to_vec(),
-            Self::Gaussian(weights) => {
-                let rows = convolve_rows(image, n, weights);
-                transpose(&convolve_rows(&transpose(&rows, n), n, weights), n)
-            }
+            Self::Gaussian(weights) => convolve_columns(&convolve_rows(image, n, weights), n, weights),
             Self::Kernel { width, weights } => convolve_kernel(image, n, *width, weights),
+        }
+    }
+
+    /// The transpose of [`Self::convolve`]: Σ a·convolve(b) = Σ convolve_transposed(a)·b.
+    pub fn convolve_transposed(&self, image: &[f64], n: usize) -> Vec<f64> {
+        match self {
+            Self::None => image.to_vec(),
+            Self::Gaussian(weights) => gather_rows(&gather_columns(image, n, weights), n, weights),
+            Self::Kernel { width, weights } => {
+                let turned: Vec<f64> = weights.iter().rev().copied().collect();
+                convolve_kernel(image, n, *width, &turned)
+            }
         }
     }
 }
 
 /// One-dimensional convolution along x, pixels beyond an edge taken as that of the edge.
 fn convolve_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
-    let radius = (weights.len() / 2) as i64;
-    let last = n as i64 - 1;
-    image
-        .chunks(n)
-        .flat_map(|row| {
-            (0..n as i64).map(move |x| {
-                weights
-                    .iter()
-                    .enumerate()
-                    .map(|(k, w)| w * row[(x + k as i64 - radius).clamp(0, last) as usize])
-                    .sum()
-            })
-        })
-        .collect()
+    let radius = weights.len() / 2;
+    let mut out = vec![0.0; n * n];
+    let mut padded = vec![0.0; n + 2 * radius];
+    for (row, out) in image.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+        padded[..radius].fill(row[0]);
+        padded[radius..radius + n].copy_from_slice(row);
+        padded[radius + n..].fill(row[n - 1]);
+        for (k, w) in weights.iter().enumerate() {
+            add_scaled(out, &padded[k..k + n], *w);
+        }
+    }
+    out
 }
 
-fn transpose(image: &[f64], n: usize) -> Vec<f64> {
-    (0..n * n).map(|k| image[(k % n) * n + k / n]).collect()
+/// The same along y.
+fn convolve_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; n * n];
+    for (y, out) in out.chunks_exact_mut(n).enumerate() {
+        for (k, w) in weights.iter().enumerate() {
+            let from = edge_row(y, k, n, weights);
+            add_scaled(out, &image[from * n..(from + 1) * n], *w);
+        }
+    }
+    out
+}
+
+/// The transpose of [`convolve_rows`].
+fn gather_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
+    let radius = weights.len() / 2;
+    let mut out = vec![0.0; n * n];
+    let mut padded = vec![0.0; n + 2 * radius];
+    for (row, out) in image.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+        padded.fill(0.0);
+        for (k, w) in weights.iter().enumerate() {
+            add_scaled(&mut padded[k..k + n], row, *w);
+        }
+        out.copy_from_slice(&padded[radius..radius + n]);
+        out[0] += padded[..radius].iter().sum::<f64>();
+        out[n - 1] += padded[radius + n..].iter().sum::<f64>();
+    }
+    out
+}
+
+/// The transpose of [`convolve_columns`].
+fn gather_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; n * n];
+    for (y, row) in image.chunks_exact(n).enumerate() {
+        for (k, w) in weights.iter().enumerate() {
+            let to = edge_row(y, k, n, weights);
+            add_scaled(&mut out[to * n..(to + 1) * n], row, *w);
+        }
+    }
+    out
+}
+
+/// Row that weight k of row y reads from.
+fn edge_row(y: usize, k: usize, n: usize, weights: &[f64]) -> usize {
+    (y + k).saturating_sub(weights.len() / 2).min(n - 1)
+}
+
+fn add_scaled(out: &mut [f64], row: &[f64], factor: f64) {
+    out.iter_mut().zip(row).for_each(|(out, v)| *out += factor * v);
 }
 
 fn convolve_kernel(image: &[f64], n: usize, width: usize, weights: &[f64]) -> Vec<f64> {
@@ -144,6 +197,21 @@ mod tests {
         weights[5] = 1.0; // right of the centre
         let moved = Psf::kernel(3, 3, weights).unwrap().convolve(&point(5, (2, 2)), 5);
         assert_eq!(moved, point(5, (3, 2)));
+    }
+
+    #[test]
+    fn the_transpose_is_the_transpose() {
+        let n = 7;
+        let image = |seed: usize| -> Vec<f64> {
+            (0..n * n).map(|i| ((i * 37 + seed * 11) % 17) as f64 - 8.0).collect()
+        };
+        let kernel = Psf::kernel(3, 3, vec![0.0, 1.0, 0.5, 2.0, 4.0, 0.1, 0.0, 0.3, 1.0]).unwrap();
+        for psf in [Psf::None, Psf::gaussian(0.3, 5.0, 0.08).unwrap(), kernel] {
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let forwards = dot(&image(1), &psf.convolve(&image(2), n));
+            let backwards = dot(&psf.convolve_transposed(&image(1), n), &image(2));
+            assert!((forwards - backwards).abs() < 1e-12 * forwards.abs().max(1.0), "{psf:?}");
+        }
     }
 
     #[test]

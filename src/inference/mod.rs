@@ -4,6 +4,22 @@
 //! prior and Φ the standard normal one, so that every prior is N(0, 1) in z and nothing has an edge. The
 //! log-posterior density in z is ln L(z) − ½|z|²; u = Φ(z) are the coordinates of the unit cube.
 
+pub mod convergence;
+mod draws;
+mod fit;
+mod image_likelihood;
 mod latent;
+pub mod likelihood;
+pub mod model;
+mod observation;
+mod prior;
+pub mod sampler;
+mod start;
 
+pub use draws::{DrawStatistics, HPD_FRACTION};
+pub use fit::{Fit, FitSettings, ParameterSummary, Stage as FitStage};
+pub use image_likelihood::{Curvature, ImageLikelihood, ModelImage};
 pub use latent::LatentLikelihood;
+pub use observation::Observation;
+pub use prior::{Prior, PriorShape};
+pub use start::{Start, find_start};

@@ -76,6 +76,17 @@ pub(super) fn write_f64(
     data: &[f64],
     shape: &[usize],
 ) -> Result<Dataset> {
+    write_numbers(path, group, name, data, shape)
+}
+
+/// Writes numbers of any type of the given shape (rows first), shuffled and deflated.
+pub(super) fn write_numbers<T: hdf5::H5Type>(
+    path: &Path,
+    group: &Group,
+    name: &str,
+    data: &[T],
+    shape: &[usize],
+) -> Result<Dataset> {
     if shape.iter().product::<usize>() != data.len() {
         let what = format!("the number of values for dataset {name}");
         return Err(Error::out_of_range(&what, data.len(), &format!("that of the shape {shape:?}")));
@@ -86,7 +97,7 @@ pub(super) fn write_f64(
         builder = builder.chunk(chunk_shape(shape)).shuffle().deflate(DEFLATE_LEVEL);
     }
     builder
-        .empty::<f64>()
+        .empty::<T>()
         .shape(shape)
         .create(name)
         .and_then(|dataset| {

@@ -23,6 +23,14 @@ pub enum Stage {
     NoiseImage = 7,
     /// Rays that compare adaptive with exact tracing.
     AccuracyCheck = 8,
+    /// Guesses that a fit starts from.
+    Start = 15,
+    /// Moves of a sampler; realisation = chain, ensemble or run, block = block of draws.
+    Sampling = 16,
+    /// Parameter sets that an adaptive mesh is made for.
+    Mesh = 18,
+    /// Evidence and equal-weight draws of nested sampling.
+    Evidence = 17,
 }
 
 /// The stream of one block of work.

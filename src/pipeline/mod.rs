@@ -1,5 +1,7 @@
 //! The whole chain as values: config → haloes → line of sight → diagnostics, maps, images.
 
+mod advantage;
+mod calibration;
 mod haloes;
 mod progress;
 mod relations;
@@ -7,11 +9,18 @@ mod simulate;
 mod summary;
 mod tidal_study;
 mod view;
+mod view_fits;
 
+pub use advantage::{Advantage, Table1Image, advantage, table1_image};
+pub use calibration::{
+    CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, RANK_BINS, RANKED_DRAWS, calibrate,
+    calibration_of,
+};
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
-pub use tidal_study::{TidalResidual, rms, tidal_residual, tidal_study};
+pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
 pub use view::{LensAndSource, View, line_of_sight};
+pub use view_fits::{ViewFit, fit_views};

@@ -1,4 +1,4 @@
-//! How well a tidal or flexion model stands for a cone of haloes: the residual in β over the image.
+//! How well a tidal or flexion model stands for a cone of haloes: the residual in β and in the image.
 
 use super::haloes::populate;
 use super::progress::{Progress, Silent};
@@ -6,9 +6,12 @@ use super::view::line_of_sight;
 use crate::config::Config;
 use crate::diagnostics::{EffectiveLineOfSight, HaloTidal, MapGrid};
 use crate::error::Result;
+use crate::imaging::{Psf, Scene, SkyGrid, expose};
 use crate::mapping::multiplane::MainLens;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
 use crate::mapping::{Mapping, Order};
+use crate::numerics::random::Stage;
+use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
 
 /// Residuals |β_traced − β_model| of one sightline on a grid, arcsec; rays too near the lens centre are not a number.
@@ -26,6 +29,28 @@ pub struct TidalResidual {
     pub tidal_arcsec: Vec<f64>,
     /// Residual of the flexion model.
     pub flexion_arcsec: Vec<f64>,
+    /// The noise-free image through haloes and lens.
+    pub image: ImageResidual,
+}
+
+/// What the models leave of the noise-free image of the configured source (no lens light), pixel by pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageResidual {
+    /// The grid of the image.
+    pub grid: SkyGrid,
+    /// Image through the traced cone, e⁻/s.
+    pub traced_e_s: Vec<f64>,
+    /// (traced − tidal model)/σ, σ² = background² + flux/exposure time.
+    pub tidal_over_noise: Vec<f64>,
+    /// (traced − flexion model)/σ.
+    pub flexion_over_noise: Vec<f64>,
+}
+
+impl ImageResidual {
+    /// χ² of a difference image: the sum of squares over all pixels, what a fit would gain at most from knowing better.
+    pub fn chi_squared(over_noise: &[f64]) -> f64 {
+        over_noise.iter().map(|v| v * v).sum()
+    }
 }
 
 /// Rays within this fraction of the Einstein radius are left out: the deflection of a steep lens diverges there,
@@ -54,11 +79,14 @@ pub fn tidal_residual(config: &Config, sightline: u64, tidal_only: bool) -> Resu
     let lens = |centre| Epl::new(config.lens.einstein_radius_arcsec, config.lens.slope, [0.0, 0.0], centre);
     let main_lens = MainLens { z: z_lens, profile: MassModel::Epl(lens(lens_centre)?) };
     let theta = config.maps.theta_arcsec();
-    let traced = sight.through_lens(&main_lens)?.map(&theta, Order::Position).beta_arcsec;
+    let whole = sight.through_lens(&main_lens)?;
+    let traced = whole.map(&theta, Order::Position).beta_arcsec;
     let effective = EffectiveLineOfSight::of(&sight, z_lens)?;
     let model_lens = MassModel::Epl(lens([0.0, 0.0])?);
+    let through =
+        |model| TidalLens { model, lenses: vec![model_lens.clone()], time_delay_distance_mpc: f64::NAN };
     let residual = |model: LineOfSightModel| -> Vec<f64> {
-        let mapping = TidalLens { model, lenses: vec![model_lens], time_delay_distance_mpc: f64::NAN };
+        let mapping = through(model);
         let inner = INNER_RADIUS_OVER_EINSTEIN_RADIUS * config.lens.einstein_radius_arcsec;
         let beta = mapping.map(&theta, Order::Position).beta_arcsec;
         (0..theta.len())
@@ -69,6 +97,8 @@ pub fn tidal_residual(config: &Config, sightline: u64, tidal_only: bool) -> Resu
             })
             .collect()
     };
+    let (tidal, flexion) = (through(effective.tidal_model()), through(effective.flexion_model()));
+    let image = image_residual(config, (&whole, source_centre), [&tidal, &flexion])?;
     Ok(TidalResidual {
         sightline,
         number_of_haloes: sight.len(),
@@ -76,7 +106,38 @@ pub fn tidal_residual(config: &Config, sightline: u64, tidal_only: bool) -> Resu
         grid: config.maps,
         tidal_arcsec: residual(effective.tidal_model()),
         flexion_arcsec: residual(effective.flexion_model()),
+        image,
     })
+}
+
+/// Images of the round source of the configuration through the cone and through both models, before noise.
+fn image_residual(
+    config: &Config,
+    (traced, source_centre): (&dyn Mapping, [f64; 2]),
+    models: [&dyn Mapping; 2],
+) -> Result<ImageResidual> {
+    let instrument = &config.instrument;
+    let grid = SkyGrid::new(config.image.pixels, instrument.pixel_scale_arcsec)?;
+    let (fwhm, truncation) = (instrument.psf_fwhm_arcsec, instrument.psf_truncation_sigma);
+    let psf = Psf::gaussian(fwhm, truncation, instrument.pixel_scale_arcsec)?;
+    let own = &config.source;
+    let (flux, radius) = (instrument.flux_e_s(own.magnitude), own.radius_arcsec);
+    let image = |mapping: &dyn Mapping, centre: [f64; 2]| -> Result<Vec<f64>> {
+        let source = Sersic::with_flux(flux, radius, own.sersic_index, [0.0; 2], centre)?;
+        let scene = Scene { mapping, source: &source, lens_light: None };
+        let noise = (config.seed, 0, Stage::NoiseImage);
+        Ok(expose(&scene, grid, instrument, &psf, config.image.pixel_sampling, noise).noise_free_e_s)
+    };
+    let traced_e_s = image(traced, source_centre)?;
+    let over_noise = |model: &dyn Mapping| -> Result<Vec<f64>> {
+        let modelled = image(model, [0.0; 2])?;
+        let sigma =
+            |flux: f64| instrument.background_rms_e_s().hypot((flux.max(0.0) / instrument.exposure_s).sqrt());
+        Ok(traced_e_s.iter().zip(modelled).map(|(flux, model)| (flux - model) / sigma(*flux)).collect())
+    };
+    let [tidal, flexion] = models;
+    let (tidal_over_noise, flexion_over_noise) = (over_noise(tidal)?, over_noise(flexion)?);
+    Ok(ImageResidual { grid, traced_e_s, tidal_over_noise, flexion_over_noise })
 }
 
 /// Residuals of `n` sightlines, in order.

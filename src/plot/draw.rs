@@ -5,7 +5,7 @@ use super::embed::Picture;
 use super::frame::HALF_DIGIT;
 use super::layout::{Placed, SMALL_PT};
 use super::mark::{
-    Band, Circle, ErrorBars, Histogram, Line, Mark, Raster, Rule, RuleAt, Scatter, Text, TextAt,
+    Band, Circle, ErrorBars, Histogram, Line, Mark, Raster, Region, Rule, RuleAt, Scatter, Text, TextAt,
 };
 use super::scale::Span;
 use super::svg::{Anchor, Rect, Svg, TextStyle, number};
@@ -32,6 +32,7 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed) {
             Mark::ErrorBars(bars) => draw_error_bars(svg, place, bars),
             Mark::Histogram(steps) => draw_histogram(svg, place, steps),
             Mark::Raster(raster) => draw_raster(svg, place, raster),
+            Mark::Region(region) => draw_region(svg, place, region),
             Mark::Circle(circle) => draw_circle(svg, place, circle),
             Mark::Rule(rule) => draw_rule(svg, place, rule),
             Mark::Text(text) => draw_text(svg, place, text),
@@ -81,6 +82,20 @@ fn draw_band(svg: &mut Svg, place: &Placed, band: &Band) {
     let around =
         whole.iter().map(|(low, _)| Some(*low)).chain(whole.iter().rev().map(|(_, high)| Some(*high)));
     svg.filled_path(&polyline(around), band.colour, BAND_OPACITY);
+}
+
+fn draw_region(svg: &mut Svg, place: &Placed, region: &Region) {
+    let mut path = String::new();
+    for ring in &region.rings {
+        let points: Vec<(f64, f64)> =
+            ring.iter().filter_map(|&(x, y)| place.x.at(x).zip(place.y.at(y))).collect();
+        if points.len() > 2 {
+            path.push_str(&polyline(points.into_iter().map(Some)));
+            path.push('Z');
+        }
+    }
+    svg.filled_path(&path, region.stroke.colour, region.opacity);
+    svg.stroked_path(&path, region.stroke);
 }
 
 /// All discs as one path of round dots: 15 bytes a point, and sharp at any magnification.

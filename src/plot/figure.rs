@@ -39,6 +39,10 @@ impl Figure {
         let layout = lay_out(self);
         let mut svg = Svg::new(layout.width_pt, layout.height_pt, &self.title);
         for place in &layout.placed {
+            if place.panel.is_blank {
+                legend::draw(&mut svg, place);
+                continue;
+            }
             draw::draw(&mut svg, place);
             frame::draw(&mut svg, place);
             legend::draw(&mut svg, place);
@@ -114,6 +118,12 @@ mod tests {
                 legend: legend(),
             }),
             Mark::Histogram(Histogram { edges: v.clone(), counts: v.clone(), stroke, legend: legend() }),
+            Mark::Region(Region {
+                rings: vec![v.iter().copied().zip(v.iter().copied()).collect()],
+                stroke,
+                opacity: 0.5,
+                legend: legend(),
+            }),
             Mark::Circle(Circle { x: 0.0, y: f64::NAN, radius: 1.0, stroke }),
             Mark::Rule(Rule { at: RuleAt::X(f64::NAN), stroke, legend: String::new() }),
             Mark::Rule(Rule { at: RuleAt::Y(0.0), stroke, legend: legend() }),

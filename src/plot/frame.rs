@@ -1,8 +1,8 @@
 //! What surrounds the marks of a panel: frame, ticks on all four sides, numbers, labels.
 
 use super::colour::{Colour, Stroke};
-use super::layout::{LABEL_GAP_PT, LABEL_PT, LINE_HEIGHT, Placed, SMALL_PT, TICK_GAP_PT};
-use super::panel::Side;
+use super::layout::{CAPTION_PT, LABEL_GAP_PT, LABEL_PT, LINE_HEIGHT, Placed, SMALL_PT, TICK_GAP_PT};
+use super::panel::{Axis, Side};
 use super::scale::Span;
 use super::svg::{Anchor, Svg, TextStyle, number};
 use super::ticks::with_exponent;
@@ -86,13 +86,26 @@ fn labels(svg: &mut Svg, place: &Placed) {
     let label = style(LABEL_PT, Anchor::Middle);
     let numbers_below = if panel.x.tick_labels { TICK_GAP_PT + SMALL_PT } else { 0.0 };
     let baseline = frame.bottom() + numbers_below + LABEL_GAP_PT + 0.9 * LABEL_PT;
-    svg.text((middle_x, baseline), &with_exponent(&panel.x.label, place.x_ticks.exponent), label);
+    // Without numbers there is nothing the exponent belongs to.
+    let text =
+        |axis: &Axis, exponent| with_exponent(&axis.label, if axis.tick_labels { exponent } else { 0 });
+    svg.text((middle_x, baseline), &text(&panel.x, place.x_ticks.exponent), label);
 
     let left = frame.x - place.left_pt + 0.9 * LABEL_PT;
     let upwards = TextStyle { upwards: true, ..label };
-    svg.text((left, middle_y), &with_exponent(&panel.y.label, place.y_ticks.exponent), upwards);
+    svg.text((left, middle_y), &text(&panel.y, place.y_ticks.exponent), upwards);
 
     let mut above = frame.y - LABEL_GAP_PT - 0.2 * LABEL_PT;
+    for caption in panel.captions.iter().rev() {
+        let x = match caption.anchor {
+            Anchor::Start => frame.x,
+            Anchor::Middle => middle_x,
+            Anchor::End => frame.right(),
+        };
+        let caption_style = TextStyle { colour: caption.colour, ..style(SMALL_PT, caption.anchor) };
+        svg.text((x, above), &caption.text, caption_style);
+        above -= CAPTION_PT;
+    }
     if let Some(top) = &panel.top {
         above -= TICK_GAP_PT + SMALL_PT;
         svg.text((middle_x, above), &top.label, label);

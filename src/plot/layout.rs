@@ -21,6 +21,8 @@ pub(super) const BAR_PT: f64 = 5.0;
 pub(super) const BAR_GAP_PT: f64 = 3.5;
 /// Height of a line of text that may carry scripts, relative to its size.
 pub(super) const LINE_HEIGHT: f64 = 1.15;
+/// Height of a line of captions.
+pub(super) const CAPTION_PT: f64 = 1.3 * SMALL_PT;
 /// Between panels, and around the figure.
 const GAP_PT: f64 = 5.0;
 
@@ -140,11 +142,14 @@ pub(super) fn widest_pt(ticks: &Ticks) -> f64 {
 impl Margins {
     fn of(place: &Placed) -> Self {
         let Placed { panel, frame, x, .. } = place;
+        if panel.is_blank {
+            return Self::default();
+        }
         let line = |shown: bool, size: f64| if shown { LABEL_GAP_PT + LINE_HEIGHT * size } else { 0.0 };
         let mut margins = Self {
             left: line(!panel.y.label.is_empty(), LABEL_PT),
             bottom: line(!panel.x.label.is_empty(), LABEL_PT),
-            top: line(!panel.title.is_empty(), LABEL_PT),
+            top: line(!panel.title.is_empty(), LABEL_PT) + CAPTION_PT * panel.captions.len() as f64,
             right: 0.0,
         };
         if panel.y.tick_labels {

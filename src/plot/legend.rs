@@ -68,6 +68,10 @@ fn sample(svg: &mut Svg, mark: &Mark, (x, middle): (f64, f64), width: f64) {
             svg.filled_rect(block, steps.stroke.colour, super::draw::HISTOGRAM_OPACITY);
             svg.stroked_rect(block, steps.stroke);
         }
+        Mark::Region(region) => {
+            svg.filled_rect(block, region.stroke.colour, region.opacity);
+            svg.stroked_rect(block, region.stroke);
+        }
         Mark::Rule(rule) => {
             let path = if matches!(rule.at, RuleAt::X(_)) { upright(0.5 * LINE_PT) } else { across };
             svg.stroked_path(&path, rule.stroke);

@@ -19,6 +19,8 @@ pub enum Mark {
     Histogram(Histogram),
     /// A grid of values in colours.
     Raster(Raster),
+    /// Areas inside closed curves.
+    Region(Region),
     /// A circle in data units.
     Circle(Circle),
     /// A straight line across the whole panel.
@@ -119,6 +121,19 @@ pub struct Raster {
     pub norm: Norm,
 }
 
+/// Areas inside closed curves, such as the contours of a posterior.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// Closed curves, data units; one that runs the other way round cuts a hole.
+    pub rings: Vec<Vec<(f64, f64)>>,
+    /// Outline and fill colour.
+    pub stroke: Stroke,
+    /// Opacity of the fill, 0–1.
+    pub opacity: f64,
+    /// Text in the legend; empty for none.
+    pub legend: String,
+}
+
 /// A circle in data units (an ellipse on the page where the axes differ).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Circle {
@@ -199,6 +214,7 @@ impl Mark {
                 let drawn = raster.values.iter().any(|value| value.is_finite());
                 if drawn { vec![(left, bottom), (right, top)] } else { Vec::new() }
             }
+            Self::Region(region) => region.rings.concat(),
             Self::Circle(_) | Self::Rule(_) | Self::Text(_) => Vec::new(),
         }
     }
@@ -211,6 +227,7 @@ impl Mark {
             Self::Scatter(scatter) => &scatter.legend,
             Self::ErrorBars(bars) => &bars.legend,
             Self::Histogram(steps) => &steps.legend,
+            Self::Region(region) => &region.legend,
             Self::Rule(rule) => &rule.legend,
             Self::Raster(_) | Self::Circle(_) | Self::Text(_) => "",
         }

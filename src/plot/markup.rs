@@ -1,4 +1,4 @@
-//! A tiny markup for labels: `κ_{os}` lowers, `10^{-3}` raises; everything else is literal text.
+//! A tiny markup for labels: `κ_{os}` lowers, `10^{-3}` raises, `2^{+1}_{−1}` stacks; all else is literal.
 
 use super::font::advance_em;
 
@@ -8,6 +8,8 @@ const SCRIPT_SIZE: f64 = 0.72;
 const RAISE_EM: f64 = 0.36;
 /// Baseline of a subscript below the line's, in em of the line.
 const LOWER_EM: f64 = 0.18;
+/// How much farther apart the two baselines are, each, where a subscript stands below a superscript.
+const STACKED_EM: f64 = 0.08;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Level {
@@ -56,28 +58,59 @@ fn runs(label: &str) -> Vec<(Level, &str)> {
 /// `dy` and not `baseline-shift`, because Firefox lacks the latter.
 pub(super) fn tspans(label: &str, size_pt: f64) -> String {
     let mut out = String::new();
-    let mut level_now = Level::Line;
-    for (level, text) in runs(label) {
+    let (mut level_now, mut offset_now_em, mut end_em) = (Level::Line, 0.0, 0.0);
+    for Placed { level, text, start_em, offset_em } in placed(label).0 {
+        let back_em = start_em - end_em;
+        end_em = start_em + width_em(level, text);
         if level == Level::Line && level_now == Level::Line {
             out.push_str(&escape(text));
             continue;
         }
-        let dy_pt = size_pt * (level.offset_em() - level_now.offset_em());
+        let dx = if back_em == 0.0 { String::new() } else { format!("dx=\"{:.2}\" ", size_pt * back_em) };
+        let dy_pt = size_pt * (offset_em - offset_now_em);
         let run_size_pt = size_pt * level.relative_size();
         out.push_str(&format!(
-            "<tspan dy=\"{dy_pt:.2}\" font-size=\"{run_size_pt:.2}\">{}</tspan>",
+            "<tspan {dx}dy=\"{dy_pt:.2}\" font-size=\"{run_size_pt:.2}\">{}</tspan>",
             escape(text)
         ));
-        level_now = level;
+        (level_now, offset_now_em) = (level, offset_em);
     }
     out
 }
 
 /// Width of a label in points, from the widths of the embedded font.
 pub(super) fn width_pt(label: &str, size_pt: f64) -> f64 {
-    let run_em =
-        |(level, text): (Level, &str)| level.relative_size() * text.chars().map(advance_em).sum::<f64>();
-    size_pt * runs(label).into_iter().map(run_em).sum::<f64>()
+    size_pt * placed(label).1
+}
+
+/// A run of one level with its left end and its baseline below the line's, in em of the line.
+struct Placed<'a> {
+    level: Level,
+    text: &'a str,
+    start_em: f64,
+    offset_em: f64,
+}
+
+/// The runs of a label, a subscript below the superscript just before it, and the width of all.
+fn placed(label: &str) -> (Vec<Placed<'_>>, f64) {
+    let mut all: Vec<Placed> = Vec::new();
+    let mut pen_em = 0.0_f64;
+    for (level, text) in runs(label) {
+        let (mut start_em, mut offset_em) = (pen_em, level.offset_em());
+        let above = all.last_mut().filter(|above| above.level == Level::Raised && level == Level::Lowered);
+        if let Some(above) = above {
+            start_em = above.start_em;
+            above.offset_em -= STACKED_EM;
+            offset_em += STACKED_EM;
+        }
+        pen_em = pen_em.max(start_em + width_em(level, text));
+        all.push(Placed { level, text, start_em, offset_em });
+    }
+    (all, pen_em)
+}
+
+fn width_em(level: Level, text: &str) -> f64 {
+    level.relative_size() * text.chars().map(advance_em).sum::<f64>()
 }
 
 /// Escapes what XML reserves, and drops the control characters it forbids.
@@ -109,6 +142,16 @@ mod tests {
              <tspan dy=\"-3.60\" font-size=\"7.20\">-3</tspan>\
              <tspan dy=\"3.60\" font-size=\"10.00\"> h</tspan>"
         );
+    }
+
+    #[test]
+    fn a_subscript_stands_below_the_superscript_before_it() {
+        let back = SCRIPT_SIZE * 10.0 * 1303.0 / 2048.0;
+        let text = tspans("2^{1}_{34} m", 10.0);
+        assert!(text.contains(&format!("<tspan dx=\"-{back:.2}\" dy=\"7.00\"")), "{text}");
+        assert!(text.ends_with("<tspan dy=\"-2.60\" font-size=\"10.00\"> m</tspan>"), "{text}");
+        assert_eq!(width_pt("2^{1}_{34}", 10.0), width_pt("2_{34}", 10.0));
+        assert_eq!(width_pt("2^{34}_{1}", 10.0), width_pt("2^{34}", 10.0));
     }
 
     #[test]

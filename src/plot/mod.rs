@@ -1,9 +1,9 @@
 //! Figures from saved results: one SVG description, rendered to SVG and PNG.
 //!
 //! A [`Figure`] is a grid of [`Panel`]s, a panel two [`Axis`] and a list of [`Mark`]s. The figures of this project are
-//! in [`figures`]. This room knows no physics; it bins for display and chooses limits, nothing more.
+//! in [`figures`]. This room knows no physics; it bins and smooths for display and chooses limits, nothing more.
 //!
-//! Labels use a tiny markup: `κ_{os}` lowers, `10^{-3}` raises, everything else is literal.
+//! Labels use a tiny markup: `κ_{os}` lowers, `10^{-3}` raises, `2^{+1}_{−1}` stacks, everything else is literal.
 //!
 //! ```
 //! use haloray::plot::{Axis, Colour, Figure, Line, Mark, Panel, Stroke};
@@ -20,6 +20,8 @@
 
 mod colour;
 mod colour_bar;
+mod contour;
+mod density;
 mod draw;
 mod embed;
 mod figure;
@@ -39,8 +41,10 @@ mod ticks;
 
 pub use colour::{Colour, ColourMap, Dash, Stroke};
 pub use figure::Figure;
-pub use mark::{Band, Circle, ErrorBars, Histogram, Line, Mark, Raster, Rule, RuleAt, Scatter, Text, TextAt};
+pub use mark::{
+    Band, Circle, ErrorBars, Histogram, Line, Mark, Raster, Region, Rule, RuleAt, Scatter, Text, TextAt,
+};
 pub use norm::Norm;
-pub use panel::{Axis, ColourBar, Corner, Panel, Side, TopAxis};
+pub use panel::{Axis, Caption, ColourBar, Corner, Panel, Side, TopAxis};
 pub use scale::{Scale, quantile};
 pub use svg::Anchor;

@@ -4,6 +4,7 @@ use super::colour::{Colour, ColourMap};
 use super::mark::Mark;
 use super::norm::Norm;
 use super::scale::Scale;
+use super::svg::Anchor;
 
 /// One axis of a panel.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,6 +79,17 @@ pub enum Corner {
     BottomRight,
 }
 
+/// A line of small text above a panel; it may be wider than the panel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Caption {
+    /// What, in markup.
+    pub text: String,
+    /// Colour.
+    pub colour: Colour,
+    /// Which end of the text lies at that end of the panel.
+    pub anchor: Anchor,
+}
+
 /// Two axes and what lies between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
@@ -89,6 +101,8 @@ pub struct Panel {
     pub marks: Vec<Mark>,
     /// Text above the panel, in markup; empty for none.
     pub title: String,
+    /// Lines of small text above the panel.
+    pub captions: Vec<Caption>,
     /// A second axis on top.
     pub top: Option<TopAxis>,
     /// A colour bar.
@@ -97,6 +111,8 @@ pub struct Panel {
     pub legend: Corner,
     /// Colour of the ticks: white shows on dark rasters.
     pub tick_colour: Colour,
+    /// Leaves the panel's place in the grid empty but for its legend.
+    pub is_blank: bool,
 }
 
 impl Panel {
@@ -107,11 +123,18 @@ impl Panel {
             y,
             marks: Vec::new(),
             title: String::new(),
+            captions: Vec::new(),
             top: None,
             colour_bar: None,
             legend: Corner::TopRight,
             tick_colour: Colour::BLACK,
+            is_blank: false,
         }
+    }
+
+    /// An empty place in the grid.
+    pub fn blank() -> Self {
+        Self { is_blank: true, ..Self::new(Axis::linear(""), Axis::linear("")) }
     }
 
     /// True if no mark has a point with a place on both axes.

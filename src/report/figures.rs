@@ -7,7 +7,7 @@ use crate::constants::ARCSEC_RAD;
 use crate::error::{Error, Result};
 use crate::imaging::Exposure;
 use crate::io::{AttributeValue, RunFile};
-use crate::pipeline::{TidalResidual, rms};
+use crate::pipeline::{ImageResidual, TidalResidual, rms};
 use crate::plot::Figure;
 use crate::plot::figures::{
     CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImagePairData, ImageRow, ImagesData,
@@ -54,9 +54,23 @@ pub fn tidal_residual_figure(config: &Config, rows: &[TidalResidual]) -> Result<
     let half_width_arcsec = first.grid.half_width_arcsec + 0.5 * first.grid.step_arcsec();
     let grid = |values: &[f64]| Grid { values: values.to_vec(), n: first.grid.points, half_width_arcsec };
     let (tidal, flexion) = (grid(&first.tidal_arcsec), grid(&first.flexion_arcsec));
+    let pixels = |values: &[f64]| Grid {
+        values: values.to_vec(),
+        n: first.image.grid.pixels(),
+        half_width_arcsec: first.image.grid.half_width_arcsec(),
+    };
+    let tidal_image = pixels(&first.image.tidal_over_noise);
+    let flexion_image = pixels(&first.image.flexion_over_noise);
+    let chi_squared = |pick: &dyn Fn(&TidalResidual) -> &[f64]| -> Vec<f64> {
+        rows.iter().map(|row| ImageResidual::chi_squared(pick(row))).collect()
+    };
     Ok(tidal_residuals(&TidalResidualsData {
         tidal: tidal.data(),
         flexion: flexion.data(),
+        tidal_image: tidal_image.data(),
+        flexion_image: flexion_image.data(),
+        tidal_chi_squared: &chi_squared(&|row| &row.image.tidal_over_noise),
+        flexion_chi_squared: &chi_squared(&|row| &row.image.flexion_over_noise),
         tidal_rms_arcsec: &rows.iter().map(|row| rms(&row.tidal_arcsec)).collect::<Vec<_>>(),
         flexion_rms_arcsec: &rows.iter().map(|row| rms(&row.flexion_arcsec)).collect::<Vec<_>>(),
         einstein_radius_arcsec: config.lens.einstein_radius_arcsec,

@@ -36,6 +36,22 @@ impl Bars {
         result
     }
 
+    /// Says what happens now, in place of what was said before.
+    pub fn tell(&self, message: String) {
+        if self.running.lock().unwrap_or_else(|e| e.into_inner()).is_empty() {
+            self.begin(&message, None);
+        } else if let Some(stage) = self.running.lock().unwrap_or_else(|e| e.into_inner()).last() {
+            stage.bar.set_message(message);
+        }
+    }
+
+    /// Ends every stage that runs.
+    pub fn finish(&self) {
+        while !self.running.lock().unwrap_or_else(|e| e.into_inner()).is_empty() {
+            self.end();
+        }
+    }
+
     /// The stages that ended, in order, with their seconds.
     pub fn seconds(&self) -> Vec<(String, f64)> {
         let ended = self.ended.lock().unwrap_or_else(|e| e.into_inner());

@@ -1,9 +1,13 @@
 //! The `haloray` command: reads arguments, runs one subcommand, turns errors into exit codes.
 
+mod advantage;
 mod bars;
+mod calibration;
 mod completions;
 mod distances;
+mod fit;
 mod image;
+mod images;
 mod lens;
 mod map;
 mod output;
@@ -53,6 +57,8 @@ enum Command {
     Map(map::Args),
     Image(image::Args),
     Lens(lens::Args),
+    Fit(Box<fit::Args>),
+    Images(images::Args),
     Study(study::Args),
     Relations(relations::Args),
     Distances(distances::Args),
@@ -64,8 +70,8 @@ fn main() -> ExitCode {
     match Cli::try_parse() {
         Err(refused) => report_arguments(&refused),
         Ok(cli) => match run(&cli) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => report(&error),
+            Ok(code) => code,
+            Err(error) => report(&error, &cli.command),
         },
     }
 }
@@ -82,34 +88,60 @@ fn report_arguments(refused: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-fn run(cli: &Cli) -> Result<()> {
+fn run(cli: &Cli) -> Result<ExitCode> {
     if let Some(threads) = cli.threads {
         let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         built.map_err(|e| Error::out_of_range("--threads", threads, &format!("possible here ({e})")))?;
     }
     let bars = bars::Bars::new(cli.quiet);
     match &cli.command {
-        Command::Simulate(args) => simulate::run(args, &bars),
         Command::Populate(args) => populate::run(args, &bars),
         Command::Trace(args) => trace::run(args, &bars),
         Command::Map(args) => map::run(args, &bars),
         Command::Image(args) => image::run(args, &bars),
         Command::Lens(args) => lens::run(args, &bars),
-        Command::Study(args) => study::run(args, &bars),
+        Command::Images(args) => images::run(args, &bars),
         Command::Relations(args) => relations::run(args, &bars),
         Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),
         Command::Completions(args) => completions::run(args),
-    }
+        Command::Simulate(args) => return Ok(simulate::run(args, &bars)?.into()),
+        Command::Study(args) => return Ok(study::run(args, &bars)?.into()),
+        Command::Fit(args) => return Ok(fit::run(args, &bars)?.into()),
+    }?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Prints `error:` and `hint:` to stderr and chooses the exit code.
-fn report(error: &Error) -> ExitCode {
+fn report(error: &Error, command: &Command) -> ExitCode {
     let mut stderr = std::io::stderr().lock();
     // Nothing can be done about a closed stderr.
     let _ = writeln!(stderr, "error: {error}");
-    let _ = writeln!(stderr, "hint: {}", hint(error));
+    let hint = if matches!(command, Command::Fit(_)) { fit_hint(error) } else { None }
+        .unwrap_or_else(|| hint(error));
+    let _ = writeln!(stderr, "hint: {hint}");
     ExitCode::from(if error.is_bad_input() { 2 } else { 1 })
+}
+
+/// What helps a fit where the general hint would mislead.
+fn fit_hint(error: &Error) -> Option<&'static str> {
+    match error {
+        Error::OutOfRange { what, .. } if what == "--model" => {
+            Some("`haloray fit --list` explains the built-in models")
+        }
+        Error::OutOfRange { what, .. } if what.starts_with("--") => None,
+        Error::Config { .. } | Error::OutOfRange { .. } => Some(
+            "`haloray fit --list --model NAME` prints a model to compare with; `haloray fit --list` explains the priors",
+        ),
+        Error::Format { problem, .. } if problem.contains("truncated") => None,
+        Error::Format { problem, .. } if problem.contains("kernel") => Some(
+            "the extension PSF is a square kernel of odd size that sums to 1, on pixels as large as those of the image",
+        ),
+        Error::Format { .. } => Some(
+            "`haloray fit --help` lists the keywords and extensions that an image needs: EXPTIME, BKGRMS, PSFFWHM or PSF, MASK",
+        ),
+        _ => None,
+    }
 }
 
 fn hint(error: &Error) -> &'static str {

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
-use haloray::Result;
-use haloray::io::Staging;
-use haloray::pipeline::{Inputs, simulate};
-use haloray::report::write_run;
+use haloray::inference::model::ModelDescription;
+use haloray::io::{Provenance, Staging};
+use haloray::pipeline::{Inputs, ViewFit, fit_views, simulate};
+use haloray::report::{FitSummary, write_fit, write_run};
+use haloray::{Error, Result};
 
 use crate::bars::Bars;
+use crate::fit::{Outcome, table, toml_of, watch};
 use crate::settings::{Settings, imported_haloes, provenance, psf};
 use crate::summary;
 
@@ -19,17 +21,24 @@ use crate::summary;
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  haloray simulate -o run\n  haloray simulate --preset consistent --seed 7 -o run7\n  \
-                  haloray simulate my.toml -o run    # my.toml holds only the keys you change"
+                  haloray simulate my.toml -o run    # my.toml holds only the keys you change\n  \
+                  haloray simulate -o run --fit      # and fit both images"
 )]
 pub struct Args {
     #[command(flatten)]
     settings: Settings,
+    /// Fit both images too, with `tidal-minimal` or the models given (comma-separated names of `haloray fit --list`).
+    #[arg(long, value_name = "MODELS", num_args = 0..=1, value_delimiter = ',', default_missing_value = "tidal-minimal")]
+    fit: Vec<String>,
     /// Folder for the results; made if missing, files of an earlier run are replaced.
     #[arg(long, short, value_name = "DIR")]
     output: PathBuf,
 }
 
-pub fn run(args: &Args, bars: &Bars) -> Result<()> {
+pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
+    for model in &args.fit {
+        ModelDescription::built_in(model)?;
+    }
     let config = args.settings.resolve()?;
     let psf = psf(&config)?;
     let inputs = Inputs { catalogue: imported_haloes(&config)?, psf: psf.clone() };
@@ -37,9 +46,47 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let staging = Staging::begin(&args.output)?;
     let run = simulate(&config, inputs, 0, bars)?;
     bars.stage("files and figures", || write_run(&run, &psf, &staging, &provenance))?;
+    let fits = fit_views(&run, &psf, &args.fit, |image, model, stage| {
+        watch(&format!("{model}, {image}"), stage, bars, |_| Ok(()))
+    })?;
+    bars.finish();
+    let summaries = write_fits(&fits, &staging, config.seed)?;
     let files = staging.commit()?;
     if !bars.is_quiet() {
         summary::print(&run, &args.settings.name(), &bars.seconds(), &files);
+        for (fit, summary) in fits.iter().zip(&summaries) {
+            crate::print(&format!("{} fitted with {}; true: on the axis\n", fit.image, fit.model));
+            crate::print(&table(summary, &fit.expected));
+        }
     }
-    Ok(())
+    let converged = summaries.iter().all(|summary| summary.converged);
+    Ok(if converged { Outcome::Converged } else { Outcome::NotConverged })
+}
+
+/// Every fit in a folder of its own, and a table of expected and recovered shears.
+fn write_fits(fits: &[ViewFit], staging: &Staging, seed: u64) -> Result<Vec<FitSummary>> {
+    let mut summaries = Vec::new();
+    let mut rows =
+        String::from("image,model,parameter,expected_on_axis,median,hpd68_low,hpd68_high,converged\n");
+    for fit in fits {
+        let provenance = Provenance::new(Some(seed), toml_of(&fit.description));
+        let summary = FitSummary::of(&fit.fit, &fit.model, fit.seconds);
+        let prefix = format!("fit_{}_{}/", fit.image, fit.model);
+        write_fit(&fit.fit, &summary, &fit.expected, staging, &prefix, &provenance)?;
+        for (name, expected) in &fit.expected {
+            if let Some(p) = summary.parameters.iter().find(|p| p.name == *name) {
+                rows += &format!(
+                    "{},{},{name},{expected},{},{},{},{}\n",
+                    fit.image, fit.model, p.median, p.hpd68_low, p.hpd68_high, summary.converged
+                );
+            }
+        }
+        summaries.push(summary);
+    }
+    if !fits.is_empty() {
+        staging.write("recovered_shears.csv", |path| {
+            std::fs::write(path, &rows).map_err(|error| Error::write(path, error))
+        })?;
+    }
+    Ok(summaries)
 }

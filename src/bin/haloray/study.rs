@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use haloray::Result;
 use haloray::io::{Column, RAYS_GROUP, Staging, Table};
-use haloray::pipeline::{TidalResidual, rms, tidal_study};
+use haloray::pipeline::{ImageResidual, TidalResidual, rms, tidal_study};
 use haloray::report::tidal_residual_figure;
 
+use crate::advantage::{self, AdvantageArgs};
 use crate::bars::Bars;
+use crate::fit::Outcome;
 use crate::output::print_files;
 use crate::settings::{Settings, provenance};
 
@@ -22,6 +24,8 @@ pub struct Args {
 #[derive(Subcommand)]
 enum Study {
     Tidal(TidalArgs),
+    Advantage(AdvantageArgs),
+    Calibration(crate::calibration::CalibrationArgs),
 }
 
 /// What the tidal and flexion models of the line of sight leave of the traced rays.
@@ -45,8 +49,15 @@ struct TidalArgs {
     output: PathBuf,
 }
 
-pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    let Study::Tidal(args) = &args.study;
+pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
+    match &args.study {
+        Study::Tidal(args) => run_tidal(args, bars).map(|()| Outcome::Converged),
+        Study::Advantage(args) => advantage::run(args, bars),
+        Study::Calibration(args) => crate::calibration::run(args, bars).map(|()| Outcome::Converged),
+    }
+}
+
+fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
     let provenance = provenance(&config)?;
     let staging = Staging::begin(&args.output)?;
@@ -67,6 +78,10 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max)
 }
 
+fn largest_size(values: &[f64]) -> f64 {
+    values.iter().map(|v| v.abs()).fold(0.0, f64::max)
+}
+
 fn residual_table(rows: &[TidalResidual]) -> Result<Table> {
     let column = |name: &str, unit: Option<&str>, value: &dyn Fn(&TidalResidual) -> f64| {
         Column::f64(name, unit, rows.iter().map(value).collect())
@@ -81,6 +96,10 @@ fn residual_table(rows: &[TidalResidual]) -> Result<Table> {
         column("tidal_max_arcsec", arcsec, &|r| largest(&r.tidal_arcsec)),
         column("flexion_rms_arcsec", arcsec, &|r| rms(&r.flexion_arcsec)),
         column("flexion_max_arcsec", arcsec, &|r| largest(&r.flexion_arcsec)),
+        column("tidal_image_max_over_noise", None, &|r| largest_size(&r.image.tidal_over_noise)),
+        column("tidal_image_chi2", None, &|r| ImageResidual::chi_squared(&r.image.tidal_over_noise)),
+        column("flexion_image_max_over_noise", None, &|r| largest_size(&r.image.flexion_over_noise)),
+        column("flexion_image_chi2", None, &|r| ImageResidual::chi_squared(&r.image.flexion_over_noise)),
     ])
 }
 
@@ -90,13 +109,19 @@ fn summary(rows: &[TidalResidual]) -> String {
         let mut sorted = values;
         sorted.sort_by(f64::total_cmp);
         let at = |fraction: f64| sorted[((sorted.len() - 1) as f64 * fraction).round() as usize];
-        format!("{name:<26} {:.2e}  {:.2e}  {:.2e}  {:.2e}\n", at(0.16), at(0.5), at(0.84), at(1.0))
+        format!("{name:<28} {:.2e}  {:.2e}  {:.2e}  {:.2e}\n", at(0.16), at(0.5), at(0.84), at(1.0))
     };
+    let image = |value: &dyn Fn(&TidalResidual) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
     format!(
-        "residual in β, arcsec      16%       median    84%       largest   ({} sightlines)\n",
+        "residual in β, arcsec        16%       median    84%       largest   ({} sightlines)\n",
         rows.len()
     ) + &line("tidal model, rms", rows.iter().map(|r| rms(&r.tidal_arcsec)).collect())
         + &line("tidal model, largest", rows.iter().map(|r| largest(&r.tidal_arcsec)).collect())
         + &line("flexion model, rms", rows.iter().map(|r| rms(&r.flexion_arcsec)).collect())
         + &line("flexion model, largest", rows.iter().map(|r| largest(&r.flexion_arcsec)).collect())
+        + "residual in the image\n"
+        + &line("tidal model, largest/noise", image(&|r| largest_size(&r.image.tidal_over_noise)))
+        + &line("tidal model, chi2", image(&|r| ImageResidual::chi_squared(&r.image.tidal_over_noise)))
+        + &line("flexion model, largest/noise", image(&|r| largest_size(&r.image.flexion_over_noise)))
+        + &line("flexion model, chi2", image(&|r| ImageResidual::chi_squared(&r.image.flexion_over_noise)))
 }

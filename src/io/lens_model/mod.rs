@@ -69,6 +69,14 @@ impl LensOfFile {
         }
     }
 
+    /// Directions in which rays meet the centre of a lens, as far as they are known.
+    pub fn lens_centres_arcsec(&self) -> Vec<[f64; 2]> {
+        match self {
+            Self::OnePlane(lens) => lens.lens_centres_arcsec(),
+            Self::ManyPlanes(lens) => lens.lens_centres_arcsec(),
+        }
+    }
+
     /// Fermat potential of every ray at its own β in arcsec²; `None` for many planes, which have no single one.
     pub fn fermat_arcsec2(&self, theta_arcsec: &[[f64; 2]]) -> Option<Vec<f64>> {
         match self {

@@ -24,15 +24,15 @@ use crate::profile::mass::MassModel;
 /// ```
 #[derive(Debug, Clone)]
 pub struct GeneralMultiPlane {
-    chi_source_cmpc: f64,
+    pub(super) chi_source_cmpc: f64,
     /// In order of distance, equal distances in the order given.
-    planes: Vec<LensPlane>,
+    pub(super) planes: Vec<LensPlane>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct LensPlane {
-    chi_cmpc: f64,
-    profile: MassModel,
+#[derive(Debug, Clone)]
+pub(super) struct LensPlane {
+    pub(super) chi_cmpc: f64,
+    pub(super) profile: MassModel,
 }
 
 impl GeneralMultiPlane {
@@ -43,7 +43,7 @@ impl GeneralMultiPlane {
     pub fn new(background: &Background, z_source: f64, lenses: &[(f64, MassModel)]) -> Result<Self> {
         require(z_source > 0.0, "z_source", z_source, "above 0")?;
         let mut planes = Vec::with_capacity(lenses.len());
-        for &(z, profile) in lenses {
+        for (z, profile) in lenses.iter().cloned() {
             let allowed = format!("above 0 and below z_source = {z_source}");
             require(z > 0.0 && z < z_source, "redshift of a lens", z, &allowed)?;
             planes.push(LensPlane { chi_cmpc: background.comoving_distance_mpc(z), profile });
@@ -52,7 +52,7 @@ impl GeneralMultiPlane {
         Ok(Self { chi_source_cmpc: background.comoving_distance_mpc(z_source), planes })
     }
 
-    fn strength(&self, plane: &LensPlane) -> f64 {
+    pub(super) fn strength(&self, plane: &LensPlane) -> f64 {
         self.chi_source_cmpc / (self.chi_source_cmpc - plane.chi_cmpc)
     }
 
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn planes_behind_the_source_are_refused() {
-        let behind = [(1.5, lenses()[0].1)];
+        let behind = [(1.5, lenses()[0].1.clone())];
         let error = GeneralMultiPlane::new(&Background::paper(), 1.5, &behind).unwrap_err();
         assert_eq!(
             error.to_string(),

@@ -17,7 +17,7 @@ pub struct LineOfSight {
 }
 
 /// The main lens, a plane of its own; its deflection is reduced to the source.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct MainLens {
     /// Redshift.
     pub z: f64,

@@ -1,5 +1,6 @@
 //! Recursive ray tracing through one plane per halo (Blandford & Narayan 1986; Schneider 2014).
 
+mod centres;
 mod delay;
 mod far_field;
 mod general;

@@ -4,15 +4,20 @@
 //! transpose matters when ω_od ≠ 0, and lenstronomy leaves it out). Flexion: Duboscq et al. 2024.
 //! First and second derivatives come from second-order jets, so that the Jacobian *is* the derivative of β.
 
+mod centres;
 mod fermat;
 mod flexion;
 mod jet;
+mod kind;
 mod lens;
 mod model;
+mod response;
 mod tensor;
 
 pub use flexion::{Flexion, FlexionModel};
+pub use kind::LineOfSightKind;
 pub use lens::TidalLens;
 pub use model::LineOfSightModel;
 pub(crate) use model::los_jacobian;
+pub(crate) use response::{MANY_LENSES, MOST_NUMBERS, TidalFamily};
 pub use tensor::Tidal;

@@ -108,7 +108,7 @@ fn bar(column: usize, map: ColourMap, norm: Norm, unit: &str) -> Option<ColourBa
 }
 
 /// An asinh stretch from just below the background to the brightest of the pixels given.
-fn image_norm(grids: &[GridData], background_rms_e_per_s: f64) -> Norm {
+pub(super) fn image_norm(grids: &[GridData], background_rms_e_per_s: f64) -> Norm {
     let brightest = grids.iter().filter_map(|grid| quantile(grid.values, 1.0)).fold(f64::MIN, f64::max);
     let high = if brightest > 0.0 { brightest } else { 1.0 };
     let softening = if background_rms_e_per_s > 0.0 { background_rms_e_per_s } else { 0.01 * high };

@@ -1,20 +1,30 @@
 //! The figures of this project, one file each: plain saved numbers in, a [`Figure`] out.
 
+mod calibration;
+mod corner;
+mod curves;
 mod cylinder;
 mod flexion_maps;
 mod histograms;
 mod images;
 mod mass_function;
+mod reconstruction;
 mod tidal_maps;
 mod tidal_residuals;
+mod trace_plot;
 
+pub use calibration::{RankHistogram, calibration};
+pub use corner::{CornerData, CornerParameter, CornerPosterior, corner};
+pub use curves::{CurveData, CurvesData, curves, overlay};
 pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
 pub use histograms::{HaloEffects, histograms};
 pub use images::{ImagePairData, ImageRow, ImagesData, image_pair, images};
 pub use mass_function::{DrawnHaloes, MassFunctionCurve, MassFunctionData, mass_function};
+pub use reconstruction::{ReconstructionData, reconstruction, source_plane};
 pub use tidal_maps::{TidalMapsData, tidal_maps};
 pub use tidal_residuals::{TidalResidualsData, tidal_residuals};
+pub use trace_plot::{TraceParameter, trace_plot};
 
 use super::{Anchor, Axis, Circle, Colour, ColourBar, ColourMap, Figure, Mark, Norm, Panel, Raster, Side};
 use super::{Stroke, Text, TextAt};

@@ -1,4 +1,4 @@
-//! What a tidal and a flexion model leave of a traced cone.
+//! What a tidal and a flexion model leave of a traced cone, in β and in the image.
 
 use super::{GridData, einstein_circle};
 use crate::plot::{
@@ -12,6 +12,14 @@ pub struct TidalResidualsData<'a> {
     pub tidal: GridData<'a>,
     /// The same of the flexion model.
     pub flexion: GridData<'a>,
+    /// (image through the cone − image through the tidal model)/σ of that cone.
+    pub tidal_image: GridData<'a>,
+    /// The same of the flexion model.
+    pub flexion_image: GridData<'a>,
+    /// Image χ² of the tidal model for every cone.
+    pub tidal_chi_squared: &'a [f64],
+    /// Image χ² of the flexion model for every cone.
+    pub flexion_chi_squared: &'a [f64],
     /// Rms residual of the tidal model for every cone, arcsec.
     pub tidal_rms_arcsec: &'a [f64],
     /// Rms residual of the flexion model for every cone, arcsec.
@@ -23,7 +31,8 @@ pub struct TidalResidualsData<'a> {
 /// Fraction of the pixels whose values lie within the colour bar.
 const COVERAGE: f64 = 0.99;
 
-/// Draws both residuals of one cone in one stretch, and the rms of all cones against each other.
+/// Above both residuals in β of one cone in one stretch and the rms of all cones against each other, below the same of
+/// the image.
 pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
     let both: Vec<f64> = data.tidal.values.iter().chain(data.flexion.values).copied().collect();
     let norm = Norm::log_of(&both, COVERAGE);
@@ -35,7 +44,14 @@ pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
         panel.colour_bar = Some(ColourBar { map: ColourMap::Magma, norm, label, side: Side::Top });
         panel
     };
-    let panels = vec![map(0, data.tidal, "tidal"), map(1, data.flexion, "flexion"), rms_panel(data)];
+    let panels = vec![
+        map(0, data.tidal, "tidal"),
+        map(1, data.flexion, "flexion"),
+        comparison(data.tidal_rms_arcsec, data.flexion_rms_arcsec, "rms of the", "[arcsec]"),
+        image_panel(0, data.tidal_image, "tidal"),
+        image_panel(1, data.flexion_image, "flexion"),
+        comparison(data.tidal_chi_squared, data.flexion_chi_squared, "image χ^{2} of the", ""),
+    ];
     Figure {
         columns: 3,
         panel_aspect: data.tidal.aspect(),
@@ -44,10 +60,20 @@ pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
     }
 }
 
-fn rms_panel(data: &TidalResidualsData) -> Panel {
+/// One difference image, in a stretch of its own: the two differ by orders of magnitude.
+fn image_panel(column: usize, grid: GridData, name: &str) -> Panel {
+    let norm = Norm::symmetric_about(0.0, grid.values, 1.0);
+    let mut panel = grid.panel(ColourMap::Diverging, norm, column);
+    let label = format!("(image − image_{{{name}}})/σ");
+    panel.colour_bar = Some(ColourBar { map: ColourMap::Diverging, norm, label, side: Side::Top });
+    panel
+}
+
+/// Tidal against flexion, one point a cone.
+fn comparison(tidal: &[f64], flexion: &[f64], what: &str, unit: &str) -> Panel {
     let finite =
         |values: &[f64]| values.iter().copied().filter(|v| *v > 0.0 && v.is_finite()).collect::<Vec<_>>();
-    let all = [finite(data.tidal_rms_arcsec), finite(data.flexion_rms_arcsec)].concat();
+    let all = [finite(tidal), finite(flexion)].concat();
     let low = all.iter().copied().fold(f64::INFINITY, f64::min);
     let high = all.iter().copied().fold(0.0, f64::max);
     let equal = Line {
@@ -57,8 +83,8 @@ fn rms_panel(data: &TidalResidualsData) -> Panel {
         legend: "equal".into(),
     };
     let cones = Scatter {
-        x: data.tidal_rms_arcsec.to_vec(),
-        y: data.flexion_rms_arcsec.to_vec(),
+        x: tidal.to_vec(),
+        y: flexion.to_vec(),
         colour: Colour::BLUE,
         radius_pt: 1.2,
         opacity: 0.8,
@@ -68,8 +94,8 @@ fn rms_panel(data: &TidalResidualsData) -> Panel {
         marks: vec![Mark::Line(equal), Mark::Scatter(cones)],
         legend: Corner::TopLeft,
         ..Panel::new(
-            Axis::log("rms of the tidal model [arcsec]"),
-            Axis::log("rms of the flexion model [arcsec]"),
+            Axis::log(&format!("{what} tidal model {unit}")),
+            Axis::log(&format!("{what} flexion model {unit}")),
         )
     }
 }
@@ -89,12 +115,16 @@ mod tests {
         let data = TidalResidualsData {
             tidal: grid,
             flexion: grid,
+            tidal_image: grid,
+            flexion_image: grid,
+            tidal_chi_squared: &[1.0, 2.0],
+            flexion_chi_squared: &[0.1, 0.2],
             tidal_rms_arcsec: &[1e-3, f64::NAN],
             flexion_rms_arcsec: &[1e-4, 2e-4],
             einstein_radius_arcsec: 0.5,
         };
         let figure = tidal_residuals(&data);
-        assert_eq!(figure.panels.len(), 3);
+        assert_eq!(figure.panels.len(), 6);
         assert!(!figure.to_svg().contains("NaN"));
     }
 }

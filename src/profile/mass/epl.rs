@@ -1,23 +1,29 @@
 //! The elliptical power law (Tessore & Metcalf 2015, A&A 580, A79).
 
-use nalgebra::Complex;
-
-use super::MassProfile;
+use super::{MassProfile, Response};
 use crate::error::{Result, require};
+use crate::numerics::complex::Cx;
+use crate::numerics::real::Real;
 
-/// Elliptical power-law lens, κ = (3−γ)/2·(θ_E/√(qx²+y²/q))^(γ−1), in its own axes.
+/// Elliptical power-law lens, κ = (3−γ)/2·(θ_E/√(qx²+y²/q))^(γ−1) in its own axes.
 ///
-/// Deflection by the series of the hypergeometric function ₂F₁ (their eq. 13 with b = θ_E√q, t = γ−1);
-/// shear and flexion from homogeneity: α is of degree 1−t, so z̄·γ = (1−t)α − zκ (complex notation).
-/// Parameters as lenstronomy's `EPL`: e1 = (1−q)/(1+q)·cos 2φ, e2 = (1−q)/(1+q)·sin 2φ.
-#[derive(Debug, Clone, Copy)]
+/// With z = x + iy from the centre, ε = e1 + i·e2, ζ = z − εz̄, b = θ_E√(1−|ε|²), t = γ−1 and c = 2−t, Tessore & Metcalf's
+/// series (their eq. 13) needs no rotation to the axes and is smooth at ε = 0:
+///
+/// α = (b/|ζ|)^t·ζ·P(s), P(s) = Σ aₙsⁿ, s = −ε̄ζ/ζ̄, aₙ = Π_{k≤n}(2k−c)/(2k+c); κ = (c/2)(b/|ζ|)^t.
+///
+/// α is homogeneous of degree 1−t, which gives the potential, ψ = Re(z̄α)/c, and the shear, z̄γ = (1−t)α − zκ.
+/// Within 1e-9″ of the centre every number is that at 1e-9″ to its right, so that all stay finite.
+/// Parameters as lenstronomy's `EPL`: θ_E, γ, (e1, e2) = (1−q)/(1+q)·(cos 2φ, sin 2φ), centre.
+#[derive(Debug, Clone)]
 pub struct Epl {
-    centre_arcsec: [f64; 2],
-    /// e^{iφ} of the major axis.
-    axis: Complex<f64>,
-    q: f64,
+    einstein_radius_arcsec: f64,
+    ellipticity: [f64; 2],
+    pub(super) centre_arcsec: [f64; 2],
     b_arcsec: f64,
     t: f64,
+    /// (aₙ, ∂aₙ/∂t), as many as change the sum.
+    series: Vec<[f64; 2]>,
 }
 
 impl Epl {
@@ -42,89 +48,175 @@ impl Epl {
         require(e < 1.0, "|e| of the lens", e, "below 1")?;
         require(true, "centre_x_arcsec", centre_arcsec[0], "finite")?;
         require(true, "centre_y_arcsec", centre_arcsec[1], "finite")?;
-        let q = (1.0 - e) / (1.0 + e);
-        let phi = 0.5 * ellipticity[1].atan2(ellipticity[0]);
+        let t = slope - 1.0;
         Ok(Self {
+            einstein_radius_arcsec,
+            ellipticity,
             centre_arcsec,
-            axis: Complex::from_polar(1.0, phi),
-            q,
-            b_arcsec: einstein_radius_arcsec * q.sqrt(),
-            t: slope - 1.0,
+            b_arcsec: einstein_radius_arcsec * (1.0 - e * e).sqrt(),
+            t,
+            series: series(e, t),
         })
     }
 
-    /// Position in the frame of the axes, and the elliptical radius √(q²x²+y²), floored at 1e-9″.
-    fn own_frame(&self, x: f64, y: f64) -> (Complex<f64>, f64) {
+    #[inline(always)]
+    fn frame<R: Real>(&self, x: R, y: R) -> Frame<R> {
         const RADIUS_FLOOR_ARCSEC: f64 = 1e-9;
-        let z = Complex::new(x - self.centre_arcsec[0], y - self.centre_arcsec[1]) * self.axis.conj();
-        let z = if z.norm() < RADIUS_FLOOR_ARCSEC { Complex::new(RADIUS_FLOOR_ARCSEC, 0.0) } else { z };
-        (z, (self.q * self.q * z.re * z.re + z.im * z.im).sqrt())
+        const LIMIT: f64 = RADIUS_FLOOR_ARCSEC * RADIUS_FLOOR_ARCSEC;
+        let z = Cx::new(x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
+        let r2 = z.norm_sqr();
+        let z = Cx::new(z.re.unless_below(r2, LIMIT, RADIUS_FLOOR_ARCSEC), z.im.unless_below(r2, LIMIT, 0.0));
+        let epsilon = Cx::splat(self.ellipticity[0], self.ellipticity[1]);
+        let zeta = z - epsilon * z.conj();
+        let norm_sqr = zeta.norm_sqr();
+        let inverse = R::splat(1.0) / norm_sqr;
+        // (b/|ζ|)^t = (|ζ|²/b²)^{−t/2}; b = 0 is a lens without mass.
+        let b2 = (self.b_arcsec * self.b_arcsec).max(f64::MIN_POSITIVE);
+        let ln_radius = (norm_sqr * (1.0 / b2)).ln() * -0.5;
+        let power = if self.b_arcsec > 0.0 { (ln_radius * self.t).exp() } else { R::splat(0.0) };
+        let s = -(epsilon.conj() * zeta * zeta).scale(inverse);
+        Frame { z, epsilon, zeta, inverse, ln_radius, power, s }
     }
 
-    /// Complex deflection α_x + iα_y in the own frame.
-    fn own_deflection(&self, z: Complex<f64>, radius: f64) -> Complex<f64> {
-        /// The series is cut when a term no longer changes the sum.
-        const RELATIVE: f64 = 1e-17;
-        let f = (1.0 - self.q) / (1.0 + self.q);
-        let direction = Complex::new(self.q * z.re, z.im) / radius;
-        let step = direction * direction * (-f);
-        let (mut term, mut sum) = (direction, direction);
-        let mut n = 1.0;
-        while f > 0.0 && term.norm_sqr() > RELATIVE * RELATIVE {
-            term *= step * ((2.0 * n - (2.0 - self.t)) / (2.0 * n + (2.0 - self.t)));
-            sum += term;
-            n += 1.0;
+    /// P(s).
+    #[inline(always)]
+    fn sum<R: Real>(&self, s: Cx<R>) -> Cx<R> {
+        let mut p = Cx::zero();
+        for [a, _] in self.series.iter().rev() {
+            p = p * s;
+            p.re = p.re + *a;
         }
-        sum * (2.0 * self.b_arcsec / (1.0 + self.q) * (self.b_arcsec / radius).powf(self.t - 1.0))
+        p
     }
 
-    fn own_convergence(&self, radius: f64) -> f64 {
-        0.5 * (2.0 - self.t) * (self.b_arcsec / radius).powf(self.t)
+    /// Deflection α_x + iα_y.
+    #[inline(always)]
+    pub(super) fn complex_deflection<R: Real>(&self, x: R, y: R) -> Cx<R> {
+        let f = self.frame(x, y);
+        (f.zeta * self.sum(f.s)).scale(f.power)
     }
 
-    /// (κ, γ) in the own frame.
-    fn own_shear(&self, z: Complex<f64>, radius: f64) -> (f64, Complex<f64>) {
-        let kappa = self.own_convergence(radius);
-        (kappa, (self.own_deflection(z, radius) * (1.0 - self.t) - z * kappa) / z.conj())
+    /// Deflection, convergence and shear, with the derivatives of the deflection by
+    /// (θ_E, γ, e1, e2, centre x, centre y) written to `by_parameter`.
+    #[inline(always)]
+    pub(super) fn response<R: Real>(&self, x: R, y: R, by_parameter: &mut [Cx<R>]) -> Response<R> {
+        let f = self.frame(x, y);
+        let (mut p, mut dp_ds, mut dp_dt) = (Cx::zero(), Cx::zero(), Cx::zero());
+        for [a, da] in self.series.iter().rev() {
+            dp_ds = dp_ds * f.s + p;
+            p = p * f.s;
+            p.re = p.re + *a;
+            dp_dt = dp_dt * f.s;
+            dp_dt.re = dp_dt.re + *da;
+        }
+        let deflection = (f.zeta * p).scale(f.power);
+        let (convergence, shear) = self.distortion(&f, deflection);
+        let response = Response { deflection, convergence, shear };
+        by_parameter[0] = self.by_einstein_radius(&f, p);
+        by_parameter[1] = deflection.scale(f.ln_radius) + (f.zeta * dp_dt).scale(f.power);
+        let e2 = self.ellipticity[0].powi(2) + self.ellipticity[1].powi(2);
+        for (j, unit) in [Cx::splat(1.0, 0.0), Cx::splat(0.0, 1.0)].into_iter().enumerate() {
+            // δζ = −δε z̄, δs = −δε̄ ζ/ζ̄ + s·(δζ/ζ − conj(δζ/ζ)), δln(b/|ζ|) = −e_j/(1−e²) − Re(δζ/ζ).
+            let d_zeta = -(unit * f.z.conj());
+            let relative = (d_zeta * f.zeta.conj()).scale(f.inverse);
+            let d_s = -(unit.conj() * f.zeta * f.zeta).scale(f.inverse)
+                + f.s * Cx::new(R::splat(0.0), relative.im * 2.0);
+            let d_ln = -relative.re + -self.ellipticity[j] / (1.0 - e2);
+            by_parameter[2 + j] =
+                deflection.scale(d_ln * self.t) + (d_zeta * p + f.zeta * dp_ds * d_s).scale(f.power);
+        }
+        let [xx, xy, yy] = response.hessian();
+        by_parameter[4] = -Cx::new(xx, xy);
+        by_parameter[5] = -Cx::new(xy, yy);
+        response
     }
+
+    /// ∂α/∂θ_E = t·α/θ_E.
+    #[inline(always)]
+    fn by_einstein_radius<R: Real>(&self, f: &Frame<R>, p: Cx<R>) -> Cx<R> {
+        let inverse =
+            if self.einstein_radius_arcsec > 0.0 { self.t / self.einstein_radius_arcsec } else { 0.0 };
+        (f.zeta * p).scale(f.power * inverse)
+    }
+
+    /// (κ, γ) from the deflection.
+    #[inline(always)]
+    fn distortion<R: Real>(&self, f: &Frame<R>, deflection: Cx<R>) -> (R, Cx<R>) {
+        let kappa = f.power * (0.5 * (2.0 - self.t));
+        let inverse = R::splat(1.0) / f.z.norm_sqr();
+        (kappa, (deflection * (1.0 - self.t) - f.z.scale(kappa)) * f.z.scale(inverse))
+    }
+}
+
+/// What all derivatives share at one point.
+struct Frame<R> {
+    z: Cx<R>,
+    epsilon: Cx<R>,
+    zeta: Cx<R>,
+    /// 1/|ζ|².
+    inverse: R,
+    /// ln(b/|ζ|).
+    ln_radius: R,
+    /// (b/|ζ|)^t.
+    power: R,
+    s: Cx<R>,
+}
+
+/// (aₙ, ∂aₙ/∂t) until neither changes P or its derivative at |s| = `e` any more.
+fn series(e: f64, t: f64) -> Vec<[f64; 2]> {
+    const RELATIVE: f64 = 1e-17;
+    let c = 2.0 - t;
+    let (mut terms, mut power, mut n) = (vec![[1.0, 0.0]], 1.0, 1.0);
+    while power > RELATIVE {
+        let [a, da] = terms[terms.len() - 1];
+        let (ratio, d_ratio) = ((2.0 * n - c) / (2.0 * n + c), 4.0 * n / (2.0 * n + c).powi(2));
+        terms.push([a * ratio, da * ratio + a * d_ratio]);
+        (power, n) = (power * e, n + 1.0);
+    }
+    terms
 }
 
 impl MassProfile for Epl {
     fn potential(&self, x: f64, y: f64) -> f64 {
-        // ψ is homogeneous of degree 2−t: (2−t)ψ = θ·α.
-        let (z, radius) = self.own_frame(x, y);
-        (z.conj() * self.own_deflection(z, radius)).re / (2.0 - self.t)
+        let f = self.frame(x, y);
+        f.z.dot((f.zeta * self.sum(f.s)).scale(f.power)) / (2.0 - self.t)
     }
 
     fn deflection(&self, x: f64, y: f64) -> [f64; 2] {
-        let (z, radius) = self.own_frame(x, y);
-        let alpha = self.own_deflection(z, radius) * self.axis;
+        let alpha = self.complex_deflection(x, y);
         [alpha.re, alpha.im]
     }
 
     fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        let (z, radius) = self.own_frame(x, y);
-        let (kappa, gamma) = self.own_shear(z, radius);
-        let gamma = gamma * self.axis * self.axis;
-        [kappa + gamma.re, gamma.im, kappa - gamma.re]
+        let f = self.frame(x, y);
+        let deflection = (f.zeta * self.sum(f.s)).scale(f.power);
+        let (convergence, shear) = self.distortion(&f, deflection);
+        Response { deflection, convergence, shear }.hessian()
     }
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
-        let (z, radius) = self.own_frame(x, y);
-        let (kappa, gamma) = self.own_shear(z, radius);
-        // F = ∂*κ with κ ∝ radius^{-t}; G = ∂*γ from ∂* of z̄γ = (1−t)α − zκ.
-        let f = Complex::new(self.q * self.q * z.re, z.im) * (-0.5 * self.t * kappa / (radius * radius));
-        let g = (gamma * (-self.t) - z * f) / z.conj();
-        let f = f * self.axis;
-        let g = g * self.axis * self.axis * self.axis;
+        let at = self.frame(x, y);
+        let (kappa, gamma) = self.distortion(&at, (at.zeta * self.sum(at.s)).scale(at.power));
+        // F = ∂*κ with κ ∝ |ζ|^{−t}, ∂*|ζ|² = ζ − εζ̄; G = ∂*γ from ∂* of z̄γ = (1−t)α − zκ.
+        let f = (at.zeta - at.epsilon * at.zeta.conj()) * (-0.5 * self.t * kappa * at.inverse);
+        let inverse = 1.0 / at.z.norm_sqr();
+        let g = (gamma * (-self.t) - at.z * f) * at.z.scale(inverse);
         // ∂xκ = 2Re F, ∂yκ = 2Im F; ∂xγ = F + G, ∂yγ = i(F − G).
         [3.0 * f.re + g.re, f.im + g.im, f.re - g.re, 3.0 * f.im - g.im]
+    }
+
+    fn parameters(&self) -> &'static [&'static str] {
+        &["theta_E", "gamma", "e1", "e2", "center_x", "center_y"]
+    }
+
+    fn parameter_derivatives(&self, x: f64, y: f64, by_parameter: &mut [Cx<f64>]) {
+        self.response(x, y, by_parameter);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::derivative_checks::assert_consistent;
+    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
     use super::*;
     use proptest::prelude::*;
 
@@ -140,6 +232,45 @@ mod tests {
             let lens = Epl::new(1.3, slope, [e1, e2], [0.1, -0.05]).unwrap();
             assert_consistent(&lens, 0.1 + r * phi.cos(), -0.05 + r * phi.sin(), 0.01 * r, DIFFERENCES);
         }
+    }
+
+    fn build(p: &[f64]) -> Epl {
+        Epl::new(p[0], p[1], [p[2], p[3]], [p[4], p[5]]).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn parameter_derivatives_are_those_of_the_deflection(
+            slope in 1.1..2.9_f64, e1 in -0.4..0.4_f64, e2 in -0.4..0.4_f64,
+            r in 0.1..4.0_f64, phi in 0.0..std::f64::consts::TAU,
+        ) {
+            let at = [0.1 + r * phi.cos(), -0.05 + r * phi.sin()];
+            assert_parameter_derivatives(build, &[1.3, slope, e1, e2, 0.1, -0.05], at, DIFFERENCES);
+            assert_parameter_derivatives(build, &[1.3, slope, 0.0, 0.0, 0.1, -0.05], at, DIFFERENCES);
+        }
+    }
+
+    #[test]
+    fn extremes_stay_finite_and_continuous() {
+        for slope in [1.0 + 1e-9, 2.0, 3.0 - 1e-9] {
+            for e in [0.0, 1e-300, 1e-12, 0.3, 0.85] {
+                let lens = build(&[1.2, slope, e, -0.5 * e, 0.0, 0.0]);
+                for x in [0.0, 1e-300, 1e-12, 1e-9, 1e-3, 1.0, 1e6] {
+                    let mut by_parameter = [Cx::new(0.0, 0.0); 6];
+                    lens.parameter_derivatives(x, -0.3 * x, &mut by_parameter);
+                    let mut numbers = vec![lens.potential(x, -0.3 * x)];
+                    numbers.extend(lens.deflection(x, -0.3 * x));
+                    numbers.extend(lens.hessian(x, -0.3 * x));
+                    numbers.extend(lens.third_derivatives(x, -0.3 * x));
+                    numbers.extend(by_parameter.iter().flat_map(|d| [d.re, d.im]));
+                    assert!(numbers.iter().all(|v| v.is_finite()), "γ {slope}, e {e}, x {x}: {numbers:?}");
+                }
+            }
+        }
+        // q → 1: the deflection of the round lens, to the size of e.
+        let (round, nearly) =
+            (build(&[1.2, 2.3, 0.0, 0.0, 0.0, 0.0]), build(&[1.2, 2.3, 1e-10, 0.0, 0.0, 0.0]));
+        assert!((round.deflection(0.7, 0.4)[0] - nearly.deflection(0.7, 0.4)[0]).abs() < 3e-10);
     }
 
     #[test]

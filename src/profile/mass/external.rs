@@ -2,6 +2,7 @@
 
 use super::MassProfile;
 use crate::error::{Result, require};
+use crate::numerics::complex::Cx;
 
 /// ψ = ½(κ+γ1)x² + γ2 xy + ½(κ−γ1)y² + (g1 x³ + 3g2 x²y + 3g3 xy² + g4 y³)/6 about `origin`.
 ///
@@ -70,16 +71,47 @@ impl MassProfile for External {
     fn third_derivatives(&self, _: f64, _: f64) -> [f64; 4] {
         self.third_per_arcsec
     }
+
+    fn parameters(&self) -> &'static [&'static str] {
+        &["kappa", "gamma1", "gamma2", "g1", "g2", "g3", "g4", "ra_0", "dec_0"]
+    }
+
+    fn parameter_derivatives(&self, x: f64, y: f64, by_parameter: &mut [Cx<f64>]) {
+        let [xx, xy, yy] = self.hessian(x, y);
+        let [x, y] = self.offset(x, y);
+        let derivatives = [
+            [x, y],
+            [x, -y],
+            [y, x],
+            [0.5 * x * x, 0.0],
+            [x * y, 0.5 * x * x],
+            [0.5 * y * y, x * y],
+            [0.0, 0.5 * y * y],
+            [-xx, -xy],
+            [-xy, -yy],
+        ];
+        for (out, [re, im]) in by_parameter.iter_mut().zip(derivatives) {
+            *out = Cx::new(re, im);
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::derivative_checks::assert_consistent;
+    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
     use super::*;
 
     #[test]
     fn derivatives_are_consistent() {
         let field = External::new(0.05, [0.02, -0.04], [0.01, -0.02, 0.03, 0.005], [0.2, -0.1]).unwrap();
         assert_consistent(&field, 1.3, -0.7, 0.1, 1e-11);
+    }
+
+    #[test]
+    fn parameter_derivatives_are_those_of_the_deflection() {
+        let build =
+            |p: &[f64]| External::new(p[0], [p[1], p[2]], [p[3], p[4], p[5], p[6]], [p[7], p[8]]).unwrap();
+        let parameters = [0.05, 0.02, -0.04, 0.01, -0.02, 0.03, 0.005, 0.2, -0.1];
+        assert_parameter_derivatives(build, &parameters, [1.3, -0.7], 1e-9);
     }
 }

@@ -1,22 +1,31 @@
 //! Mass profiles: potential ψ, deflection α = ∇ψ, Hessian and third derivatives, all analytic.
 
+mod einstein_radius;
 mod epl;
 mod external;
+mod kind;
 mod nfw;
 pub mod nfw_radial;
 mod point_mass;
 mod radial;
+mod response;
 mod sersic;
 mod truncated_nfw;
 
+pub use einstein_radius::{einstein_radius_arcsec, mean_convergence};
 pub use epl::Epl;
 pub use external::External;
+pub use kind::MassKind;
 pub use nfw::Nfw;
 pub use point_mass::PointMass;
 pub(crate) use radial::RadialDerivatives;
-pub use radial::{Radial, RadialLaw};
+pub use radial::{Amplitude, Radial, RadialLaw};
+pub(crate) use response::MOST_PARAMETERS;
+pub use response::{Response, Responses, deflections, responses};
 pub use sersic::SersicMass;
 pub use truncated_nfw::{TruncatedNfw, potential as truncated_potential, truncated};
+
+use crate::numerics::complex::Cx;
 
 /// A thin lens in angular units, its deflection reduced to one source.
 ///
@@ -31,10 +40,14 @@ pub trait MassProfile: Sync {
     fn hessian(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 3];
     /// Third derivatives (ψ_xxx, ψ_xxy, ψ_xyy, ψ_yyy) per arcsec.
     fn third_derivatives(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 4];
+    /// Names of the parameters, as in lenstronomy; the centre comes last.
+    fn parameters(&self) -> &'static [&'static str];
+    /// ∂(α_x + iα_y)/∂p for each of [`Self::parameters`], whose number is the length of `by_parameter`.
+    fn parameter_derivatives(&self, x_arcsec: f64, y_arcsec: f64, by_parameter: &mut [Cx<f64>]);
 }
 
 /// Every mass profile that can stand in a lens plane: one match lists them all.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub enum MassModel {
     /// Elliptical power law.
     Epl(Epl),
@@ -79,12 +92,56 @@ impl MassProfile for MassModel {
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
         each_model!(self, model => model.third_derivatives(x, y))
     }
+
+    fn parameters(&self) -> &'static [&'static str] {
+        each_model!(self, model => model.parameters())
+    }
+
+    fn parameter_derivatives(&self, x: f64, y: f64, by_parameter: &mut [Cx<f64>]) {
+        each_model!(self, model => model.parameter_derivatives(x, y, by_parameter))
+    }
 }
 
 #[cfg(test)]
 pub(crate) mod derivative_checks {
     //! Finite-difference checks shared by the tests of all mass profiles.
     use super::MassProfile;
+    use crate::numerics::complex::Cx;
+
+    /// Each ∂α/∂p against differences of the profiles that `build` makes of parameters, to `relative` of the largest.
+    pub fn assert_parameter_derivatives<P: MassProfile>(
+        build: impl Fn(&[f64]) -> P,
+        parameters: &[f64],
+        [x, y]: [f64; 2],
+        relative: f64,
+    ) {
+        let profile = build(parameters);
+        let names = profile.parameters();
+        assert_eq!(names.len(), parameters.len());
+        let mut got = vec![Cx::new(0.0, 0.0); names.len()];
+        profile.parameter_derivatives(x, y, &mut got);
+        for (i, name) in names.iter().enumerate() {
+            let step = 1e-2 * parameters[i].abs().clamp(0.02, 1.0);
+            let want = [0, 1].map(|c| {
+                derivative(
+                    |p| {
+                        let mut moved = parameters.to_vec();
+                        moved[i] = p;
+                        build(&moved).deflection(x, y)[c]
+                    },
+                    parameters[i],
+                    step,
+                )
+            });
+            let scale = want[0].hypot(want[1]).max(1e-6);
+            for (got, want) in [(got[i].re, want[0]), (got[i].im, want[1])] {
+                assert!(
+                    (got - want).abs() <= relative * scale,
+                    "∂α/∂{name} at ({x}, {y}) of {parameters:?}: {got:e}, differences {want:e}"
+                );
+            }
+        }
+    }
 
     /// Richardson-extrapolated central difference of `f` at `x`: error O(h⁶).
     pub fn derivative(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! The Navarro–Frenk–White lens (Navarro, Frenk & White 1996; deflection of Bartelmann 1996).
 
 use super::nfw_radial;
-use super::radial::{Radial, RadialLaw};
+use super::radial::{Amplitude, Radial, RadialLaw};
 use crate::error::{Result, require};
 
 /// NFW halo by its scale radius and the deflection there, as in lenstronomy (`Rs`, `alpha_Rs`).
@@ -29,6 +29,12 @@ impl RadialLaw for NfwLaw {
     fn potential(&self, u: f64) -> f64 {
         nfw_radial::potential(u)
     }
+
+    const PARAMETERS: &'static [&'static str] = &["Rs", "alpha_Rs", "e1", "e2", "center_x", "center_y"];
+
+    fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
+        [at.by_scale() - at.k * at.m / at.scale_arcsec, at.m * Nfw::strength(at.scale_arcsec, 1.0), 0.0]
+    }
 }
 
 /// m at the scale radius: 1 − ln 2.
@@ -54,7 +60,7 @@ impl Nfw {
 #[cfg(test)]
 mod tests {
     use super::super::MassProfile;
-    use super::super::derivative_checks::assert_consistent;
+    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
     use super::*;
     use proptest::prelude::*;
 
@@ -103,5 +109,19 @@ mod tests {
             assert!(Nfw::new(r_s, 0.1, [0.0, 0.0]).is_err(), "{r_s}");
         }
         assert!(Nfw::new(1.0, f64::NAN, [0.0, 0.0]).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn parameter_derivatives_are_those_of_the_deflection(
+            shape in 0.0..1.0_f64, e1 in -0.3..0.3_f64, e2 in -0.3..0.3_f64,
+            r in 0.02..3.0_f64, phi in 0.0..std::f64::consts::TAU,
+        ) {
+            let build = |p: &[f64]| Nfw::new(p[0], p[1], [p[4], p[5]]).unwrap().with_elliptical_potential([p[2], p[3]]).unwrap();
+            let at = [0.05 + r * phi.cos(), -0.1 + r * phi.sin()];
+            for e in [[e1, e2], [0.0, 0.0]] {
+                assert_parameter_derivatives(build, &[0.3 + 3.0 * shape, 0.2, e[0], e[1], 0.05, -0.1], at, 1e-7);
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The point mass.
 
-use super::radial::{Radial, RadialLaw};
+use super::radial::{Amplitude, Radial, RadialLaw};
 use crate::error::{Result, require};
 
 /// Point mass of Einstein radius θ_E: α = θ_E²/r²·θ, ψ = θ_E² ln r (r in arcsec), as lenstronomy's `POINT_MASS`.
@@ -26,6 +26,12 @@ impl RadialLaw for PointMassLaw {
     fn potential(&self, u: f64) -> f64 {
         u.ln() + self.ln_einstein_radius_squared
     }
+
+    const PARAMETERS: &'static [&'static str] = &["theta_E", "e1", "e2", "center_x", "center_y"];
+
+    fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
+        [at.by_scale(), 0.0, 0.0]
+    }
 }
 
 impl PointMass {
@@ -42,7 +48,7 @@ impl PointMass {
 
 #[cfg(test)]
 mod tests {
-    use super::super::derivative_checks::assert_consistent;
+    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
     use super::*;
 
     #[test]
@@ -51,5 +57,13 @@ mod tests {
         for (x, y) in [(0.5, 0.2), (-2.0, 1.0), (0.1, -0.4)] {
             assert_consistent(&lens, x, y, 0.01, 1e-9);
         }
+    }
+
+    #[test]
+    fn parameter_derivatives_are_those_of_the_deflection() {
+        let build = |p: &[f64]| {
+            PointMass::new(p[0], [p[3], p[4]]).unwrap().with_elliptical_potential([p[1], p[2]]).unwrap()
+        };
+        assert_parameter_derivatives(build, &[1.2, 0.1, -0.2, 0.1, 0.3], [0.9, -0.4], 1e-8);
     }
 }

@@ -3,6 +3,7 @@
 use super::MassProfile;
 use super::nfw_radial::U_FLOOR;
 use crate::error::{Result, require};
+use crate::numerics::complex::Cx;
 
 /// How the deflection falls off: α = k·m(u)·θ with u = (r/scale)².
 pub trait RadialLaw: Copy + Sync {
@@ -10,6 +11,32 @@ pub trait RadialLaw: Copy + Sync {
     fn radial(&self, u: f64) -> [f64; 3];
     /// ∫m du, the potential in units of k·scale²/2.
     fn potential(&self, u: f64) -> f64;
+    /// Names of the parameters of the law followed by e1, e2 and the centre, as in lenstronomy.
+    const PARAMETERS: &'static [&'static str];
+    /// ∂(k·m)/∂p at a fixed point for the parameters of the law, from those of m at `u` and the scale; unused ones are 0.
+    fn by_parameter(&self, at: &Amplitude) -> [f64; 3];
+}
+
+/// What the law needs to differentiate k·m: k, the scale, u, m and p₁ = u·m′.
+#[derive(Debug, Clone, Copy)]
+pub struct Amplitude {
+    /// Strength k.
+    pub k: f64,
+    /// Scale radius in arcsec.
+    pub scale_arcsec: f64,
+    /// u = (r/scale)².
+    pub u: f64,
+    /// m(u).
+    pub m: f64,
+    /// u·m′(u).
+    pub p1: f64,
+}
+
+impl Amplitude {
+    /// ∂(k·m)/∂scale at fixed k: u ∝ scale⁻².
+    pub fn by_scale(&self) -> f64 {
+        -2.0 * self.k * self.p1 / self.scale_arcsec
+    }
 }
 
 /// A lens of one radial law: ψ(θ) = (k·scale²/2)·P(|Mθ|²/scale²), P = ∫m du.
@@ -22,9 +49,10 @@ pub trait RadialLaw: Copy + Sync {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radial<L> {
     law: L,
-    centre_arcsec: [f64; 2],
+    pub(super) centre_arcsec: [f64; 2],
     scale_arcsec: f64,
     k: f64,
+    ellipticity: [f64; 2],
     /// Rows of M.
     axes: [[f64; 2]; 2],
 }
@@ -34,7 +62,14 @@ impl<L: RadialLaw> Radial<L> {
     pub(super) fn round(law: L, scale_arcsec: f64, k: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
         require(true, "centre_x_arcsec", centre_arcsec[0], "finite")?;
         require(true, "centre_y_arcsec", centre_arcsec[1], "finite")?;
-        Ok(Self { law, centre_arcsec, scale_arcsec, k, axes: [[1.0, 0.0], [0.0, 1.0]] })
+        Ok(Self {
+            law,
+            centre_arcsec,
+            scale_arcsec,
+            k,
+            ellipticity: [0.0; 2],
+            axes: [[1.0, 0.0], [0.0, 1.0]],
+        })
     }
 
     /// The same lens with elliptical isopotentials of ellipticity (e1, e2).
@@ -48,6 +83,7 @@ impl<L: RadialLaw> Radial<L> {
         let epsilon = (1.0 - q * q) / (1.0 + q * q);
         let (sin, cos) = (0.5 * ellipticity[1].atan2(ellipticity[0])).sin_cos();
         let (a, b) = ((1.0 - epsilon).sqrt(), (1.0 + epsilon).sqrt());
+        self.ellipticity = ellipticity;
         self.axes = [[a * cos, a * sin], [-b * sin, b * cos]];
         Ok(self)
     }
@@ -105,6 +141,39 @@ impl<L: RadialLaw> MassProfile for Radial<L> {
             }
             sum
         })
+    }
+
+    fn parameters(&self) -> &'static [&'static str] {
+        L::PARAMETERS
+    }
+
+    /// α = k·m(u)·Nd with d = θ − c, u = dᵀNd/scale² and N = MᵀM = 1 − [[E1, E2], [E2, −E1]], E = 2e/(1+|e|²).
+    fn parameter_derivatives(&self, x: f64, y: f64, by_parameter: &mut [Cx<f64>]) {
+        let o = self.offset(x, y);
+        let [m, p1, _] = self.law.radial(o.u);
+        let axes = &self.axes;
+        let [nx, ny] = [0, 1].map(|a| axes[0][a] * o.t[0] + axes[1][a] * o.t[1]);
+        let at = Amplitude { k: self.k, scale_arcsec: self.scale_arcsec, u: o.u, m, p1 };
+        let own = self.law.by_parameter(&at);
+        let count = L::PARAMETERS.len() - 4;
+        for (out, strength) in by_parameter.iter_mut().zip(own).take(count) {
+            *out = Cx::new(strength * nx, strength * ny);
+        }
+        let [d_e1, d_e2, d_x, d_y] = &mut by_parameter[count..count + 4] else { return };
+        let (dx, dy) = (x - self.centre_arcsec[0], y - self.centre_arcsec[1]);
+        let [e1, e2] = self.ellipticity;
+        let inverse = 1.0 / (1.0 + e1 * e1 + e2 * e2);
+        let (own, cross) =
+            (|e: f64| 2.0 * inverse * (1.0 - 2.0 * e * e * inverse), -4.0 * e1 * e2 * inverse * inverse);
+        for (out, [g1, g2]) in [(d_e1, [own(e1), cross]), (d_e2, [cross, own(e2)])] {
+            // δN d and δu from the changes g of E.
+            let (vx, vy) = (-(g1 * dx + g2 * dy), -(g2 * dx - g1 * dy));
+            let d_m = p1 / o.u * (dx * vx + dy * vy) / (self.scale_arcsec * self.scale_arcsec);
+            *out = Cx::new(self.k * (d_m * nx + m * vx), self.k * (d_m * ny + m * vy));
+        }
+        let [xx, xy, yy] = self.hessian(x, y);
+        *d_x = Cx::new(-xx, -xy);
+        *d_y = Cx::new(-xy, -yy);
     }
 }
 

@@ -2,10 +2,10 @@
 
 use statrs::function::gamma::{gamma_lr, ln_gamma};
 
-use super::radial::{Radial, RadialLaw};
+use super::radial::{Amplitude, Radial, RadialLaw};
 use crate::error::{Result, require};
 use crate::numerics::quadrature::integrate;
-use crate::profile::light::b_n;
+use crate::profile::light::{B_N_SLOPE, b_n};
 
 /// Sérsic lens κ = k_eff·exp{−b_n[(r/R)^{1/n} − 1]}; with elliptical isopotentials lenstronomy's `SERSIC_ELLIPSE_POTENTIAL`.
 ///
@@ -43,6 +43,31 @@ impl RadialLaw for SersicLaw {
         let x = self.b * u.powf(0.5 / self.index);
         2.0 * self.index * self.total * integral_of_p_over_t(2.0 * self.index, x)
     }
+
+    const PARAMETERS: &'static [&'static str] =
+        &["k_eff", "R_sersic", "n_sersic", "e1", "e2", "center_x", "center_y"];
+
+    fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
+        [at.m, at.by_scale(), at.k * self.m_by_index(at.u)]
+    }
+}
+
+impl SersicLaw {
+    /// ∂m/∂n: u·m = ∫₀ᵘκ du′ with κ = exp{−b(s−1)}, s = u^{1/2n}, so that
+    /// ∂(u·m)/∂n = ∫κ[−b′(s−1) + b·s·ln s/n]du′ with du′ = 2n s^{2n−1}ds, by quadrature in ln s.
+    fn m_by_index(&self, u: f64) -> f64 {
+        /// Below e⁻⁴⁰ of the integral.
+        const SMALLEST: f64 = 40.0;
+        const PANELS: usize = 8;
+        let (n, b) = (self.index, self.b);
+        let high = u.ln() / (2.0 * n);
+        let low = high.min(0.0) - SMALLEST / (2.0 * n);
+        let integrand = |y: f64| {
+            let s = y.exp();
+            (2.0 * n * y - b * (s - 1.0)).exp() * (-B_N_SLOPE * (s - 1.0) + b * s * y / n) * 2.0 * n
+        };
+        integrate(low, high, PANELS, integrand) / u
+    }
 }
 
 /// ∫₀ˣ P(a, t)/t dt: below t = 1 by the series Σ(−1)^k t^{a+k}/[k!(a+k)²Γ(a)], above by quadrature in ln t.
@@ -77,7 +102,7 @@ impl SersicMass {
 
 #[cfg(test)]
 mod tests {
-    use super::super::derivative_checks::assert_consistent;
+    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
     use super::*;
     use proptest::prelude::*;
 
@@ -93,6 +118,20 @@ mod tests {
             let round = SersicMass::new(0.4, 0.6, index, [0.05, 0.1]).unwrap();
             let lens = round.with_elliptical_potential([e1, e2]).unwrap();
             assert_consistent(&lens, 0.05 + r * phi.cos(), 0.1 + r * phi.sin(), 0.02 * r, DIFFERENCES);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn parameter_derivatives_are_those_of_the_deflection(
+            shape in 0.0..1.0_f64, e1 in -0.3..0.3_f64, e2 in -0.3..0.3_f64,
+            r in 0.02..3.0_f64, phi in 0.0..std::f64::consts::TAU,
+        ) {
+            let build = |p: &[f64]| SersicMass::new(p[0], p[1], p[2], [p[5], p[6]]).unwrap().with_elliptical_potential([p[3], p[4]]).unwrap();
+            let at = [0.05 + r * phi.cos(), -0.1 + r * phi.sin()];
+            for e in [[e1, e2], [0.0, 0.0]] {
+                assert_parameter_derivatives(build, &[0.4, 0.6, 0.6 + 8.0 * shape, e[0], e[1], 0.05, -0.1], at, 1e-7);
+            }
         }
     }
 }

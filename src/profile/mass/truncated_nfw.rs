@@ -2,7 +2,7 @@
 
 use super::nfw::Nfw;
 use super::nfw_radial::{self, Basis};
-use super::radial::{Radial, RadialLaw};
+use super::radial::{Amplitude, Radial, RadialLaw};
 use crate::error::{Result, require};
 use crate::numerics::quadrature::integrate;
 
@@ -27,6 +27,31 @@ impl RadialLaw for TruncatedNfwLaw {
     fn potential(&self, u: f64) -> f64 {
         potential(u, self.tau)
     }
+
+    const PARAMETERS: &'static [&'static str] =
+        &["Rs", "alpha_Rs", "r_trunc", "e1", "e2", "center_x", "center_y"];
+
+    fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
+        let by_tau = at.k * m_by_tau(at.u, self.tau, at.m);
+        let by_scale = at.by_scale() - at.k * at.m / at.scale_arcsec - by_tau * self.tau / at.scale_arcsec;
+        [by_scale, at.m * Nfw::strength(at.scale_arcsec, 1.0), by_tau / at.scale_arcsec]
+    }
+}
+
+/// ∂m/∂τ of [`truncated`]: with ds/dτ = τ/s every factor has a simple logarithmic derivative.
+fn m_by_tau(u: f64, tau: f64, m: f64) -> f64 {
+    let b = nfw_radial::basis(u);
+    let t2 = tau * tau;
+    let s = (t2 + u).sqrt();
+    let sum = s + tau;
+    let lt = b.l + std::f64::consts::LN_2 - sum.ln();
+    let norm = t2 / ((t2 + 1.0) * (t2 + 1.0));
+    let v = 0.5 * u / (tau * sum);
+    let slope = 1.0 / tau + 1.0 / s;
+    let bracket = b.m + lt / (tau * sum) - v.ln_1p() / u;
+    let by_bracket = (-1.0 / s - lt * slope) / (tau * sum) + v * slope / (u * (1.0 + v));
+    m * (2.0 / tau - 4.0 * tau / (t2 + 1.0))
+        + norm * (2.0 * tau * bracket + (t2 - 1.0) * by_bracket + std::f64::consts::PI / (sum * s))
 }
 
 /// (m, u·m′, u²·m″) of the truncated lens from the NFW functions of the same u.
@@ -95,7 +120,7 @@ pub fn potential(u: f64, tau: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::MassProfile;
-    use super::super::derivative_checks::assert_consistent;
+    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
     use super::super::nfw::M_AT_R_S;
     use super::*;
     use proptest::prelude::*;
@@ -134,5 +159,19 @@ mod tests {
             t2 / (t2 + 1.0).powi(2) * ((t2 - 1.0) * tau.ln() + std::f64::consts::PI * tau - (t2 + 1.0));
         let r = 1e4;
         assert!((r * halo.deflection(r, 0.0)[0] / total - 1.0).abs() < 1e-6);
+    }
+
+    proptest! {
+        #[test]
+        fn parameter_derivatives_are_those_of_the_deflection(
+            shape in 0.0..1.0_f64, e1 in -0.3..0.3_f64, e2 in -0.3..0.3_f64,
+            r in 0.02..3.0_f64, phi in 0.0..std::f64::consts::TAU,
+        ) {
+            let build = |p: &[f64]| TruncatedNfw::new(p[0], p[1], p[2], [p[5], p[6]]).unwrap().with_elliptical_potential([p[3], p[4]]).unwrap();
+            let at = [0.05 + r * phi.cos(), -0.1 + r * phi.sin()];
+            for e in [[e1, e2], [0.0, 0.0]] {
+                assert_parameter_derivatives(build, &[0.6, 0.2, 0.3 + 5.0 * shape, e[0], e[1], 0.05, -0.1], at, 1e-7);
+            }
+        }
     }
 }

@@ -1,0 +1,83 @@
+//! `haloray study advantage`: the full against the minimal model on the paper's Table 1 image.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use haloray::Result;
+use haloray::inference::model::ModelDescription;
+use haloray::io::{Provenance, Staging};
+use haloray::pipeline::{Advantage, advantage};
+use haloray::report::{FitSummary, corner_figure, exposure_figure, write_fit};
+
+use crate::bars::Bars;
+use crate::fit::{Outcome, SamplerArg, table, watch};
+use crate::output::print_files;
+
+/// Fit the paper's Table 1 image with the full and with the minimal model of the line of sight (section 2.3).
+///
+/// Writes both fits and the paper's four corner panels: os and ds shears of the full model, which are degenerate; od
+/// shear and ellipticity of both; γ_LOS and ellipticity of the minimal model. The full fit's γ_LOS is derived from its
+/// od, os and ds shears.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  haloray study advantage -o advantage")]
+pub struct AdvantageArgs {
+    /// Seed of noise and sampling.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    seed: u64,
+    /// How to sample.
+    #[arg(long, value_enum, default_value_t = SamplerArg::Nuts)]
+    sampler: SamplerArg,
+    /// Folder for the results.
+    #[arg(long, short, value_name = "DIR")]
+    output: PathBuf,
+}
+
+pub fn run(args: &AdvantageArgs, bars: &Bars) -> Result<Outcome> {
+    let staging = Staging::begin(&args.output)?;
+    let start = Instant::now();
+    let study =
+        advantage(args.seed, args.sampler.settings(), |model, stage| watch(model, stage, bars, |_| Ok(())))?;
+    bars.finish();
+    let summaries = write(args, &study, &staging, start.elapsed().as_secs_f64())?;
+    let files = staging.commit()?;
+    if !bars.is_quiet() {
+        for summary in &summaries {
+            crate::print(&table(summary, &study.image.truths));
+        }
+    }
+    print_files(&files, bars);
+    let converged = summaries.iter().all(|summary| summary.converged);
+    Ok(if converged { Outcome::Converged } else { Outcome::NotConverged })
+}
+
+fn write(
+    args: &AdvantageArgs,
+    study: &Advantage,
+    staging: &Staging,
+    seconds: f64,
+) -> Result<Vec<FitSummary>> {
+    let mut summaries = Vec::new();
+    for (name, fit) in [("simple-full", &study.full), ("simple-minimal", &study.minimal)] {
+        let description = ModelDescription::built_in(name)?;
+        let provenance = Provenance::new(Some(args.seed), crate::fit::toml_of(&description));
+        let summary = FitSummary::of(fit, name, seconds);
+        write_fit(fit, &summary, &study.image.truths, staging, &format!("{name}/"), &provenance)?;
+        summaries.push(summary);
+    }
+    let save = |name: &str, figure: haloray::plot::Figure| {
+        staging.write(format!("{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
+    };
+    save("image", exposure_figure(&study.image.exposure, study.image.instrument.background_rms_e_s()))?;
+    let (full, minimal) = (("full model", &study.full), ("minimal model", &study.minimal));
+    let (od_and_shape, los) =
+        (["gamma1_od", "gamma2_od", "lens.e1", "lens.e2"], ["gamma1_los", "gamma2_los"]);
+    let panel = |fits: &[(&str, &haloray::inference::Fit)], names: &[&str]| {
+        corner_figure(fits, names, &study.image.truths)
+    };
+    save("full_os_ds", panel(&[full], &["gamma1_os", "gamma2_os", "gamma1_ds", "gamma2_ds"]))?;
+    save("full_od_ellipticity", panel(&[full], &od_and_shape))?;
+    save("minimal_od_ellipticity", panel(&[minimal], &od_and_shape))?;
+    save("minimal_los_ellipticity", panel(&[minimal], &["gamma1_los", "gamma2_los", "lens.e1", "lens.e2"]))?;
+    save("los_of_both", panel(&[full, minimal], &los))?;
+    Ok(summaries)
+}

@@ -1,0 +1,312 @@
+//! `haloray fit`: an image and a model to a posterior.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::ValueEnum;
+use haloray::imaging::PixelSampling;
+use haloray::inference::likelihood::LikelihoodKind;
+use haloray::inference::model::{BUILT_IN, CompiledModel, ModelDescription};
+use haloray::inference::sampler::{
+    EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerRun, SamplerSettings, StretchSettings,
+};
+use haloray::inference::{Fit, FitSettings, FitStage};
+use haloray::io::{Provenance, Staging, read_checkpoint, read_observation, write_checkpoint};
+use haloray::report::{FitSummary, write_fit};
+use haloray::{Error, Result};
+
+use crate::bars::Bars;
+use crate::output::print_files;
+
+/// Fit a lensed image: the posterior of a lens, its line of sight and its source.
+///
+/// IMAGE.fits needs a WCS or pixel scale and the keywords EXPTIME (s), BKGRMS (e⁻/s), PSFFWHM (arcsec; PSFTRUNC in
+/// standard deviations) or an extension PSF; an extension MASK says which pixels to use (1 = use). Pixels are in e⁻/s.
+/// The start is found from image and priors alone. The folder then holds summary.json, posterior.nc (ArviZ reads it),
+/// the model and figures. A fit that was interrupted continues with the same command and ends with the same posterior.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  haloray fit --list\n  haloray fit image.fits --model simple-minimal -o fit\n  \
+                  haloray fit image.fits --model my.toml --sampler nested -o evidence\n\n\
+                  Exit code 1 if the posterior has not converged (R-hat < 1.01 and ESS > 400 for every quantity)."
+)]
+pub struct Args {
+    /// The image.
+    #[arg(value_name = "IMAGE.fits", required_unless_present = "list")]
+    image: Option<PathBuf>,
+    /// A built-in model (see --list), or a file ending in .toml.
+    #[arg(long, value_name = "NAME|MODEL.toml", required_unless_present = "list")]
+    model: Option<String>,
+    /// Explain the built-in models and stop; with --model, print that model as TOML.
+    #[arg(long)]
+    list: bool,
+    /// How to sample.
+    #[arg(long, value_enum, default_value_t = SamplerArg::Nuts)]
+    sampler: SamplerArg,
+    /// Likelihood, instead of the model's.
+    #[arg(long, value_enum)]
+    likelihood: Option<LikelihoodArg>,
+    /// How pixels are integrated, instead of the model's; adaptive if neither says.
+    #[arg(long, value_enum)]
+    pixel_sampling: Option<SamplingArg>,
+    /// Draws of a chain or walker after which sampling stops, converged or not; nested sampling stops by itself.
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(4..))]
+    max_draws: Option<usize>,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    seed: u64,
+    /// JSON object of true values by parameter name, drawn as lines in the corner plot.
+    #[arg(long, value_name = "FILE.json")]
+    truth: Option<PathBuf>,
+    /// Folder for the results.
+    #[arg(long, short, value_name = "DIR", required_unless_present = "list")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SamplerArg {
+    /// No-U-Turn sampler: uses gradients; the fastest.
+    Nuts,
+    /// Ensemble slice sampling, as zeus.
+    EnsembleSlice,
+    /// Affine-invariant stretch move, as emcee.
+    Stretch,
+    /// Nested sampling: the evidence too.
+    Nested,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum LikelihoodArg {
+    /// One variance, from the model, with its determinant; amplitudes marginalised.
+    Gaussian,
+    /// No determinant, amplitudes weighted by the data: for comparison.
+    Lenstronomy,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SamplingArg {
+    /// The centre stands for the pixel.
+    Point,
+    /// Integrated to 1% of the background.
+    Adaptive,
+}
+
+impl SamplerArg {
+    pub fn settings(self) -> SamplerSettings {
+        match self {
+            Self::Nuts => SamplerSettings::Nuts(NutsSettings::default()),
+            Self::EnsembleSlice => SamplerSettings::EnsembleSlice(EnsembleSliceSettings::default()),
+            Self::Stretch => SamplerSettings::Stretch(StretchSettings::default()),
+            Self::Nested => SamplerSettings::Nested(NestedSettings::default()),
+        }
+    }
+}
+
+/// The same settings with at most so many draws a chain or walker.
+fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
+    let Some(most) = max_draws else { return Ok(settings) };
+    let steps = |block: &mut usize, max: &mut usize, thin: usize| {
+        *max = most * thin;
+        *block = (*block).min(*max);
+    };
+    match &mut settings {
+        SamplerSettings::Nuts(s) => steps(&mut s.block_draws, &mut s.max_draws, 1),
+        SamplerSettings::EnsembleSlice(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
+        SamplerSettings::Stretch(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
+        SamplerSettings::Nested(_) => {
+            return Err(Error::out_of_range("--max-draws", most, "left out with --sampler nested"));
+        }
+    }
+    Ok(settings)
+}
+
+/// What [`run`] says when it ended well or not.
+pub enum Outcome {
+    Converged,
+    NotConverged,
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Converged => Self::SUCCESS,
+            Outcome::NotConverged => Self::from(1),
+        }
+    }
+}
+
+pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
+    let description = args.model.as_deref().map(description).transpose()?;
+    let (Some(image), Some(output), Some(mut description), false) =
+        (&args.image, &args.output, description.clone(), args.list)
+    else {
+        crate::print(&description.map_or_else(list, |d| toml_of(&d)));
+        return Ok(Outcome::Converged);
+    };
+    if let Some(kind) = args.likelihood {
+        description.likelihood = match kind {
+            LikelihoodArg::Gaussian => LikelihoodKind::Gaussian,
+            LikelihoodArg::Lenstronomy => LikelihoodKind::Lenstronomy,
+        };
+    }
+    let sampling = args.pixel_sampling.map(|sampling| match sampling {
+        SamplingArg::Point => PixelSampling::Point,
+        SamplingArg::Adaptive => PixelSampling::Adaptive,
+    });
+    let pixel_sampling = sampling.or(description.pixel_sampling).unwrap_or(PixelSampling::Adaptive);
+    description.pixel_sampling = Some(pixel_sampling);
+    let settings = FitSettings {
+        likelihood: description.likelihood,
+        pixel_sampling,
+        sampler: limited(args.sampler.settings(), args.max_draws)?,
+        seed: args.seed,
+    };
+    let model = CompiledModel::new(&description)?;
+    let (observation, _) = read_observation(image)?;
+    let truths = args.truth.as_deref().map_or(Ok(Vec::new()), read_truths)?;
+    let provenance = Provenance::new(Some(args.seed), toml_of(&description));
+    let staging = Staging::begin(output)?;
+
+    let checkpoint = checkpoint_path(output);
+    let command = format!("{settings:?}\n{}\n{}", provenance.config_toml, fingerprint(image)?);
+    let saved: Option<(SamplerRun, f64)> = read_checkpoint(&checkpoint, &command)?;
+    let before = saved.as_ref().map_or(0.0, |(_, seconds)| *seconds);
+    let start = Instant::now();
+    let seconds = || before + start.elapsed().as_secs_f64();
+    let fit = Fit::run(observation, model, settings, saved.map(|(run, _)| run), |stage| {
+        watch(&description.name, stage, bars, |run| {
+            write_checkpoint(&checkpoint, &command, &(run, seconds()))
+        })
+    })?;
+    bars.finish();
+    let summary = FitSummary::of(&fit, &description.name, seconds());
+    write_fit(&fit, &summary, &truths, &staging, "", &provenance)?;
+    let files = staging.commit()?;
+    // The results are safe; a state that stays behind is only ever continued by the same command.
+    let _ = std::fs::remove_file(&checkpoint);
+    if !bars.is_quiet() {
+        crate::print(&table(&summary, &truths));
+    }
+    print_files(&files, bars);
+    Ok(if summary.converged { Outcome::Converged } else { Outcome::NotConverged })
+}
+
+/// Shows where a fit stands, and saves the run after every block.
+pub fn watch(
+    name: &str,
+    stage: FitStage,
+    bars: &Bars,
+    save: impl FnOnce(&SamplerRun) -> Result<()>,
+) -> Result<()> {
+    match stage {
+        FitStage::Searching => bars.tell(format!("{name}: looking for a start")),
+        FitStage::Sampling(run, progress) => {
+            bars.tell(if progress.is_warming_up {
+                format!("{name}: warming up, {} evaluations", progress.evaluations)
+            } else {
+                let worst = progress.worst;
+                format!(
+                    "{name}: {} draws, R-hat {:.3}, ESS {:.0}",
+                    progress.draws,
+                    worst.r_hat,
+                    worst.ess_bulk.min(worst.ess_tail)
+                )
+            });
+            save(run)?;
+        }
+    }
+    Ok(())
+}
+
+/// The state of an unfinished fit lies beside its folder, hidden.
+fn checkpoint_path(output: &Path) -> PathBuf {
+    let name = output.file_name().map_or_else(|| "fit".into(), |name| name.to_string_lossy());
+    output.with_file_name(format!(".{name}.haloray-fit"))
+}
+
+/// The image's bytes in short: FNV-1a, to notice another image under the same name.
+fn fingerprint(path: &Path) -> Result<String> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    Ok(format!("{} bytes, {hash:016x}", bytes.len()))
+}
+
+pub fn description(model: &str) -> Result<ModelDescription> {
+    let path = Path::new(model);
+    if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
+        return ModelDescription::built_in(model);
+    }
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    ModelDescription::parse(&text)
+        .map_err(|error| Error::Config { path: path.into(), problem: error.to_string().trim_end().into() })
+}
+
+fn read_truths(path: &Path) -> Result<Vec<(String, f64)>> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let values: std::collections::BTreeMap<String, f64> = serde_json::from_str(&text)
+        .map_err(|e| Error::format(path, format!("not a JSON object of numbers by parameter name: {e}")))?;
+    Ok(values.into_iter().collect())
+}
+
+pub fn toml_of(description: &ModelDescription) -> String {
+    toml::to_string_pretty(description).unwrap_or_else(|error| format!("# {error}\n"))
+}
+
+fn list() -> String {
+    let mut text = String::from(
+        "Built-in models (`haloray fit --list --model NAME` prints one to copy and change):\n\n",
+    );
+    for (name, toml) in BUILT_IN {
+        let about = ModelDescription::parse(toml).map_or_else(|e| e.to_string(), |d| d.about);
+        let _ = writeln!(text, "{name:<16} {about}");
+    }
+    text + "\nA model file lists [[lens]], [[source]], [[lens_light]] and [line_of_sight]; a parameter is a number, the name\n\
+            of another parameter (\"lens.e1\"), or a prior: { uniform = [a, b] }, { normal = [mean, sd] },\n\
+            { log_normal = [median, sd of ln] }, the last two with low and high if wanted.\n"
+}
+
+/// The posterior as a person reads it.
+pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
+    let mut text = format!(
+        "\n{:<24} {:>11} {:>11} {:>24} {:>8} {:>8}\n",
+        "parameter", "median", "best fit", "68% interval", "R-hat", "ESS"
+    );
+    for p in &summary.parameters {
+        let note = match (p.bounded, truths.iter().find(|(name, _)| *name == p.name)) {
+            (false, _) => "  reaches its prior's edge".into(),
+            (_, Some((_, truth))) => format!("  true {truth:.5}"),
+            _ => String::new(),
+        };
+        let _ = writeln!(
+            text,
+            "{:<24} {:>11.5} {:>11.5} {:>24} {:>8.4} {:>8.0}{note}",
+            p.name,
+            p.median,
+            p.best_fit,
+            format!("[{:.5}, {:.5}]", p.hpd68_low, p.hpd68_high),
+            p.r_hat,
+            p.ess_bulk.min(p.ess_tail)
+        );
+    }
+    if let (Some(z), Some(error)) = (summary.log_evidence, summary.log_evidence_error) {
+        let _ = writeln!(text, "\nln Z = {z:.2} ± {error:.2}");
+    }
+    let _ = writeln!(
+        text,
+        "\n{}: χ²/dof {:.3}, {} evaluations, {:.1} s{}\n",
+        if summary.converged { "converged" } else { "NOT CONVERGED" },
+        summary.chi2_reduced,
+        summary.evaluations,
+        summary.seconds,
+        if summary.divergences > 0 {
+            format!(", {} divergences", summary.divergences)
+        } else {
+            String::new()
+        },
+    );
+    text
+}

@@ -1,0 +1,100 @@
+//! `haloray images`: all images of a point source behind a lens model, critical curves and caustics.
+
+use std::path::PathBuf;
+
+use haloray::diagnostics::{CriticalCurves, PointImages, SkyWindow};
+use haloray::io::{Provenance, RAYS_GROUP, curve_table, image_table, kind_name, read_lens_model};
+use haloray::report::curve_figure;
+use haloray::{Error, Result};
+
+use crate::bars::Bars;
+use crate::output::{Output, print_files};
+use crate::settings::Cosmology;
+
+/// Find all images of a point source behind a lens model in lenstronomy's own form.
+///
+/// Prints position, kind, magnification and delay of every image, faint central ones included, and says whether the
+/// parities add up to the winding of β − β_s along the edge of the window, as they must when none is missing. A folder
+/// as output holds images.csv, curves.csv (critical curves and caustics, vertex by vertex) and their figure.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  haloray images model.json --source 0.1,0.05\n  \
+                  haloray images model.json --source 0.1,0.05 -o images.csv\n  \
+                  haloray images model.json --source 0.1,0.05 -o lens      # with curves and figure")]
+pub struct Args {
+    /// Lens model, as for `haloray lens`.
+    #[arg(value_name = "MODEL.json")]
+    model: PathBuf,
+    /// Position of the source, arcsec.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    source: String,
+    /// Half the side of the window about the axis in which images are looked for.
+    #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC", default_value_t = 5.0)]
+    half_width_arcsec: f64,
+    /// One file for the images (.csv, .h5 or .fits), or a folder for images, curves and figure.
+    #[arg(long, short, value_name = "DIR|FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    cosmology: Cosmology,
+}
+
+pub fn run(args: &Args, bars: &Bars) -> Result<()> {
+    let source = source(&args.source)?;
+    let model = read_lens_model(&args.model, &args.cosmology.background()?)?;
+    let window = SkyWindow::about_axis(args.half_width_arcsec, model.lens.lens_centres_arcsec())
+        .map_err(|error| crate::settings::named(error, &[("half_width_arcsec", "--half-width-arcsec")]))?;
+    let extensions = ["csv", "h5", "hdf5", "fits", "fit"];
+    let output = args.output.as_deref();
+    let output = output.map(|path| Output::begin(path, &extensions, &[Some(&args.model)])).transpose()?;
+    for warning in &model.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let mapping = model.lens.mapping();
+    let found = PointImages::of(mapping, &window, source);
+    if !found.is_complete() {
+        eprintln!("warning: the parities do not add up to the winding; the source may lie on a caustic");
+    }
+    let table = image_table(&found)?;
+    let provenance = Provenance::new(None, "");
+    let files = match output {
+        None => Vec::new(),
+        Some(Output::File(file)) => {
+            table.write(&file, RAYS_GROUP, &provenance)?;
+            vec![file]
+        }
+        Some(Output::Folder(staging)) => {
+            staging.write("images.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
+            let curves = CriticalCurves::of(mapping, &window);
+            let vertices = curve_table(&curves)?;
+            staging.write("curves.csv", |path| vertices.write(path, RAYS_GROUP, &provenance))?;
+            let figure = curve_figure(&curves, &found, source, args.half_width_arcsec);
+            staging.write("curves.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
+            staging.commit()?
+        }
+    };
+    crate::print_result(&text(&found))?;
+    print_files(&files, bars);
+    Ok(())
+}
+
+fn source(text: &str) -> Result<[f64; 2]> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y]) if x.is_finite() && y.is_finite() => Ok([x, y]),
+        _ => Err(Error::out_of_range("--source", text, "two numbers with a comma between them, in arcsec")),
+    }
+}
+
+fn text(found: &PointImages) -> String {
+    let mut text = "theta_x_arcsec  theta_y_arcsec  kind     magnification   delay_days\n".to_owned();
+    for image in &found.images {
+        let [x, y] = image.theta_arcsec;
+        let (kind, magnification) = (kind_name(image.kind()), image.magnification());
+        text += &format!("{x:14.9}  {y:14.9}  {kind:7}  {magnification:13.6}  {:11.6}\n", image.delay_days);
+    }
+    for point in &found.singular {
+        let [x, y] = point.theta_arcsec;
+        text += &format!("{x:14.9}  {y:14.9}  singular lens centre, counts {}\n", point.winding);
+    }
+    let verdict = if found.is_complete() { "complete" } else { "NOT proven complete" };
+    text + &format!("{} images, {verdict} by the parity count\n", found.images.len())
+}

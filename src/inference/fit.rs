@@ -1,0 +1,268 @@
+//! A fit from image and model to posterior: blind start, mesh, sampler until converged, summary.
+
+use serde::{Deserialize, Serialize};
+
+use super::convergence::Convergence;
+use super::draws::DrawStatistics;
+use super::image_likelihood::{ImageLikelihood, ModelImage};
+use super::likelihood::LikelihoodKind;
+use super::model::{CompiledModel, Mesh};
+use super::observation::Observation;
+use super::sampler::{Chains, Evidence, Problem, Progress, SamplerRun, SamplerSettings};
+use super::start::{Start, climb_from, find_start};
+use crate::error::{Error, Result};
+use crate::imaging::PixelSampling;
+use crate::mapping::tidal::LineOfSightModel;
+
+/// How to fit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FitSettings {
+    /// Which likelihood.
+    pub likelihood: LikelihoodKind,
+    /// How pixels are integrated.
+    pub pixel_sampling: PixelSampling,
+    /// The sampler and its settings.
+    pub sampler: SamplerSettings,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// Where a fit stands.
+#[derive(Debug, Clone, Copy)]
+pub enum Stage<'a> {
+    /// Looking for a start.
+    Searching,
+    /// Sampling; the run may be saved.
+    Sampling(&'a SamplerRun, &'a Progress),
+}
+
+/// What is told of one quantity.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterSummary {
+    /// `lens.theta_E`, `gamma1_los`, ….
+    pub name: String,
+    /// `arcsec`, `1/arcsec`, or empty.
+    pub unit: &'static str,
+    /// True if it is computed from the fitted parameters.
+    pub derived: bool,
+    /// Mean of the draws.
+    pub mean: f64,
+    /// Median of the draws.
+    pub median: f64,
+    /// Standard deviation of the draws.
+    pub standard_deviation: f64,
+    /// Value at the highest posterior density that was met.
+    pub best_fit: f64,
+    /// Lower end of the shortest interval with 68% of the draws.
+    pub hpd68_low: f64,
+    /// Upper end of that interval.
+    pub hpd68_high: f64,
+    /// False if that interval touches an edge of the prior.
+    pub bounded: bool,
+    /// Rank-normalised split R-hat.
+    pub r_hat: f64,
+    /// Effective number of draws for the centre.
+    pub ess_bulk: f64,
+    /// Effective number of draws for the tails.
+    pub ess_tail: f64,
+}
+
+/// A finished fit.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The likelihood that was sampled.
+    pub likelihood: ImageLikelihood,
+    /// Settings.
+    pub settings: FitSettings,
+    /// The maximum the samplers started from.
+    pub start: Start,
+    /// The draws, in latent coordinates.
+    pub chains: Chains,
+    /// How the sampling ended.
+    pub progress: Progress,
+    /// The evidence, of nested sampling.
+    pub evidence: Option<Evidence>,
+    /// One line a fitted or derived quantity.
+    pub parameters: Vec<ParameterSummary>,
+    /// Values of the free parameters at the best fit.
+    pub best_fit: Vec<f64>,
+    /// The image of the best fit.
+    pub image: ModelImage,
+    /// Evaluations of the likelihood or its gradient, start included.
+    pub evaluations: u64,
+}
+
+impl Fit {
+    /// Fits `observation`; `resumed` continues a run that was saved, `watch` sees every stage and may stop the fit.
+    ///
+    /// # Errors
+    /// Observations or priors that cannot be, and those of `watch`.
+    pub fn run(
+        observation: Observation,
+        model: CompiledModel,
+        settings: FitSettings,
+        resumed: Option<SamplerRun>,
+        mut watch: impl FnMut(Stage) -> Result<()>,
+    ) -> Result<Self> {
+        observation.validate()?;
+        watch(Stage::Searching)?;
+        let mesh = Mesh::of_centres(&observation.grid);
+        let mut likelihood = ImageLikelihood { observation, model, kind: settings.likelihood, mesh };
+        let mut start = find_start(&likelihood, settings.seed)?;
+        if settings.pixel_sampling == PixelSampling::Adaptive {
+            refine_mesh(&mut likelihood, &mut start, settings.seed)?;
+        }
+        let starts = [start.latent.clone()];
+        let problem = Problem { likelihood: &likelihood, starts: &starts, metric: Some(&start.metric) };
+        let mut run = match resumed {
+            Some(run) => run,
+            None => SamplerRun::start(&settings.sampler, settings.seed, &problem)?,
+        };
+        let quantities = |z: &[f64]| quantities(&likelihood.model, z);
+        let progress =
+            run.finish(&likelihood, &quantities, |run, progress| watch(Stage::Sampling(run, progress)))?;
+        Self::summarise(likelihood, settings, start, run, progress)
+    }
+
+    fn summarise(
+        likelihood: ImageLikelihood,
+        settings: FitSettings,
+        start: Start,
+        run: SamplerRun,
+        progress: Progress,
+    ) -> Result<Self> {
+        let chains = run.chains().clone();
+        let best = best_latent(&chains, &start);
+        let best_values = quantities(&likelihood.model, &best);
+        let best_fit = likelihood.model.at_latent(&best).0;
+        let draws: Vec<Vec<f64>> = chains
+            .chains
+            .iter()
+            .flat_map(|chain| chain.z.chunks_exact(chains.dimension))
+            .map(|z| quantities(&likelihood.model, z))
+            .collect();
+        let mut parameters = Vec::new();
+        for (i, (name, edges)) in quantity_names(&likelihood.model).into_iter().enumerate() {
+            let column: Vec<f64> = draws.iter().map(|draw| draw[i]).collect();
+            let statistics = DrawStatistics::of(&column)
+                .ok_or_else(|| Error::out_of_range("number of draws", column.len(), "at least 2"))?;
+            let convergence = progress.quantities.get(i).copied().unwrap_or(Convergence::worst(&[]));
+            parameters.push(summary_of(name, edges, statistics, best_values[i], convergence));
+        }
+        let image = likelihood.image(&best_fit).ok_or_else(|| {
+            Error::out_of_range("the best fit", "without an image", "a model that can be evaluated")
+        })?;
+        let evaluations = run.evaluations() + start.evaluations;
+        let evidence = run.evidence();
+        Ok(Self {
+            likelihood,
+            settings,
+            start,
+            chains,
+            progress,
+            evidence,
+            parameters,
+            best_fit,
+            image,
+            evaluations,
+        })
+    }
+
+    /// Sum of squared normalised residuals per degree of freedom.
+    pub fn chi2_reduced(&self) -> f64 {
+        let residuals = self.normalised_residuals();
+        let used = self.likelihood.observation.pixels_in_use() as f64;
+        let fitted = (self.best_fit.len() + self.image.amplitudes.len()) as f64;
+        residuals.iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>() / (used - fitted).max(1.0)
+    }
+
+    /// (data − model)/σ of every pixel with σ² = max(model, 0)/t + σ_bg²; not a number where it is not used.
+    pub fn normalised_residuals(&self) -> Vec<f64> {
+        let observation = &self.likelihood.observation;
+        let pixels = observation.data_e_s.iter().zip(&self.image.model_e_s).zip(&observation.used);
+        let variance = |m: f64| m.max(0.0) / observation.exposure_s + observation.background_rms_e_s.powi(2);
+        pixels.map(|((d, m), used)| if *used { (d - m) / variance(*m).sqrt() } else { f64::NAN }).collect()
+    }
+
+    /// The draws of one fitted or derived quantity, chain by chain.
+    pub fn draws_of(&self, name: &str) -> Option<Vec<Vec<f64>>> {
+        let i = self.parameters.iter().position(|p| p.name == name)?;
+        Some(self.chains.map(|z| quantities(&self.likelihood.model, z)[i]))
+    }
+}
+
+fn refine_mesh(likelihood: &mut ImageLikelihood, start: &mut Start, seed: u64) -> Result<()> {
+    /// The maximum moves when the mesh does; twice is enough for it to settle.
+    const ROUNDS: usize = 2;
+    for _ in 0..ROUNDS {
+        likelihood.mesh = likelihood.adaptive_mesh(start, seed)?;
+        let evaluations = start.evaluations;
+        *start = climb_from(likelihood, start.latent.clone())?;
+        start.evaluations += evaluations;
+    }
+    Ok(())
+}
+
+/// The free parameters and, for the full line of sight, the minimal quantities it implies.
+fn quantities(model: &CompiledModel, latent: &[f64]) -> Vec<f64> {
+    let (mut values, _) = model.at_latent(latent);
+    if let Some(LineOfSightModel::Minimal { los, .. }) = model.implied_minimal(&values) {
+        values.extend([los.gamma.re, los.gamma.im, los.omega]);
+    }
+    values
+}
+
+fn quantity_names(model: &CompiledModel) -> Vec<(String, Option<[f64; 2]>)> {
+    let mut names: Vec<(String, Option<[f64; 2]>)> =
+        model.free.iter().map(|p| (p.name.clone(), Some(p.prior.edges()))).collect();
+    if model.has_implied_minimal() {
+        names.extend(["gamma1_los", "gamma2_los", "omega_los"].map(|name| (name.into(), None)));
+    }
+    names
+}
+
+/// The draw of highest posterior density, or the start if that is higher.
+fn best_latent(chains: &Chains, start: &Start) -> Vec<f64> {
+    let mut best = (start.log_posterior, start.latent.as_slice());
+    for chain in &chains.chains {
+        for (z, density) in chain.z.chunks_exact(chains.dimension).zip(chain.log_density(chains.dimension)) {
+            if density > best.0 {
+                best = (density, z);
+            }
+        }
+    }
+    best.1.to_vec()
+}
+
+fn summary_of(
+    name: String,
+    edges: Option<[f64; 2]>,
+    statistics: DrawStatistics,
+    best_fit: f64,
+    convergence: Convergence,
+) -> ParameterSummary {
+    /// An interval that ends within this fraction of its width of a prior's edge touches it.
+    const TOUCHING: f64 = 0.02;
+    let own = name.rsplit('.').next().unwrap_or(&name);
+    let unit = match own {
+        "theta_E" | "R_sersic" | "center_x" | "center_y" | "Rs" | "alpha_Rs" | "r_trunc" | "ra_0"
+        | "dec_0" => "arcsec",
+        _ if own.starts_with(['F', 'G']) || ["g1", "g2", "g3", "g4"].contains(&own) => "1/arcsec",
+        _ => "",
+    };
+    ParameterSummary {
+        unit,
+        derived: edges.is_none(),
+        mean: statistics.mean,
+        median: statistics.median,
+        standard_deviation: statistics.standard_deviation,
+        best_fit,
+        hpd68_low: statistics.hpd68_low,
+        hpd68_high: statistics.hpd68_high,
+        bounded: edges.is_none_or(|[low, high]| statistics.is_bounded(low, high, TOUCHING)),
+        r_hat: convergence.r_hat,
+        ess_bulk: convergence.ess_bulk,
+        ess_tail: convergence.ess_tail,
+        name,
+    }
+}

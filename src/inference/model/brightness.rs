@@ -1,0 +1,172 @@
+//! Surface brightness of a model at the samples of a mesh, and its derivatives forwards and backwards, in SIMD lanes.
+
+use super::compiled::CompiledModel;
+use super::mesh::Mesh;
+use crate::error::Result;
+use crate::mapping::tidal::{MANY_LENSES, MOST_NUMBERS, TidalFamily};
+use crate::numerics::complex::Cx;
+use crate::numerics::real::{LANES, Lanes};
+use crate::profile::light::Sersic;
+use crate::profile::mass::MassModel;
+
+/// A model at one set of values of its free parameters, lights with amplitude 1.
+pub(crate) struct Evaluation<'a> {
+    model: &'a CompiledModel,
+    slots: Vec<f64>,
+    lenses: Vec<MassModel>,
+    lights: Vec<Sersic>,
+}
+
+impl CompiledModel {
+    /// The model at values of its free parameters.
+    ///
+    /// # Errors
+    /// When a parameter lies outside the domain of its profile.
+    pub(crate) fn evaluate(&self, free: &[f64]) -> Result<Evaluation<'_>> {
+        let slots = self.slots(free);
+        let (lenses, lights) = self.build(&slots)?;
+        Ok(Evaluation { model: self, slots, lenses, lights })
+    }
+}
+
+impl Evaluation<'_> {
+    fn family(&self) -> TidalFamily<'_> {
+        let numbers = self.model.line_of_sight.parameters().len();
+        TidalFamily::new(self.model.line_of_sight, &self.slots[..numbers], &self.lenses)
+    }
+
+    /// Surface brightness of every light (sources first) at every sample, per arcsec².
+    pub fn brightness(&self, mesh: &Mesh) -> Vec<Vec<f64>> {
+        let mut out = vec![vec![0.0; mesh.x_arcsec.len()]; self.lights.len()];
+        fill(&self.family(), self.parts(), (&mesh.x_arcsec, &mesh.y_arcsec), &mut out);
+        out
+    }
+
+    /// Derivatives, by the free parameters, of Σ adjoint·brightness over lights and samples.
+    pub fn pull_back(&self, mesh: &Mesh, adjoint: &[Vec<f64>]) -> Vec<f64> {
+        let mut by_slot = vec![Lanes::ZERO; self.slots.len()];
+        let at = (mesh.x_arcsec.as_slice(), mesh.y_arcsec.as_slice());
+        accumulate(&self.family(), self.parts(), at, adjoint, self.model.mapping_slots(), &mut by_slot);
+        self.model.gather(&by_slot.into_iter().map(Lanes::sum).collect::<Vec<_>>())
+    }
+
+    /// Derivatives of Σ amplitude·brightness by every free parameter at every sample.
+    pub fn columns(&self, mesh: &Mesh, amplitudes: &[f64]) -> Vec<Vec<f64>> {
+        let mut out = vec![vec![0.0; mesh.x_arcsec.len()]; self.model.free.len()];
+        let at = (mesh.x_arcsec.as_slice(), mesh.y_arcsec.as_slice());
+        let free: Vec<Option<usize>> = self.model.free_of_slots().collect();
+        differentiate(
+            &self.family(),
+            self.parts(),
+            at,
+            amplitudes,
+            (self.model.mapping_slots(), &free),
+            &mut out,
+        );
+        out
+    }
+
+    /// β of every sample.
+    pub fn source_positions(&self, mesh: &Mesh) -> Vec<[f64; 2]> {
+        let family = self.family();
+        let (x, y) = (&mesh.x_arcsec, &mesh.y_arcsec);
+        let lanes = (0..x.len()).step_by(LANES).flat_map(|start| {
+            let beta = family.beta(Cx::new(Lanes::load(x, start), Lanes::load(y, start)));
+            (0..LANES).map(move |i| [beta.re.0[i], beta.im.0[i]])
+        });
+        lanes.take(mesh.samples()).collect()
+    }
+
+    fn parts(&self) -> (&[Sersic], &[Sersic]) {
+        self.lights.split_at(self.model.sources)
+    }
+}
+
+type Points<'a> = (&'a [f64], &'a [f64]);
+type Lights<'a> = (&'a [Sersic], &'a [Sersic]);
+
+fn fill(family: &TidalFamily, (sources, lens_lights): Lights, (x, y): Points, out: &mut [Vec<f64>]) {
+    for start in (0..x.len()).step_by(LANES) {
+        let theta = Cx::new(Lanes::load(x, start), Lanes::load(y, start));
+        let beta = family.beta(theta);
+        let (of_source, of_lens) = out.split_at_mut(sources.len());
+        for (light, out) in sources.iter().zip(of_source) {
+            light.brightness_lanes(beta).store(out, start);
+        }
+        for (light, out) in lens_lights.iter().zip(of_lens) {
+            light.brightness_lanes(theta).store(out, start);
+        }
+    }
+}
+
+const LIGHT_SLOTS: usize = Sersic::PARAMETERS.len();
+
+fn accumulate(
+    family: &TidalFamily,
+    (sources, lens_lights): Lights,
+    (x, y): Points,
+    adjoint: &[Vec<f64>],
+    mapping_slots: usize,
+    by_slot: &mut [Lanes],
+) {
+    let mut responses = [Cx::<Lanes>::zero(); MOST_NUMBERS + MANY_LENSES];
+    let responses = &mut responses[..mapping_slots];
+    let (of_mapping, of_lights) = by_slot.split_at_mut(mapping_slots);
+    for start in (0..x.len()).step_by(LANES) {
+        let theta = Cx::new(Lanes::load(x, start), Lanes::load(y, start));
+        let beta = family.respond(theta, responses);
+        let mut pull = Cx::zero();
+        for (j, light) in sources.iter().chain(lens_lights).enumerate() {
+            let weight = Lanes::load(&adjoint[j], start);
+            let mut own = [Lanes::ZERO; LIGHT_SLOTS];
+            if j < sources.len() {
+                pull += light.response_lanes(beta, &mut own).1.scale(weight);
+            } else {
+                light.response_lanes(theta, &mut own);
+            }
+            for (sum, own) in of_lights[LIGHT_SLOTS * j..].iter_mut().zip(own) {
+                *sum += own * weight;
+            }
+        }
+        for (sum, response) in of_mapping.iter_mut().zip(responses.iter()) {
+            *sum += pull.dot(*response);
+        }
+    }
+}
+
+fn differentiate(
+    family: &TidalFamily,
+    (sources, lens_lights): Lights,
+    (x, y): Points,
+    amplitudes: &[f64],
+    (mapping_slots, free): (usize, &[Option<usize>]),
+    out: &mut [Vec<f64>],
+) {
+    let mut responses = [Cx::<Lanes>::zero(); MOST_NUMBERS + MANY_LENSES];
+    let responses = &mut responses[..mapping_slots];
+    for start in (0..x.len()).step_by(LANES) {
+        let theta = Cx::new(Lanes::load(x, start), Lanes::load(y, start));
+        let beta = family.respond(theta, responses);
+        let mut gradient = Cx::zero();
+        let mut add = |slot: usize, derivative: Lanes| {
+            if let Some(i) = free[slot] {
+                let sum = Lanes::load(&out[i], start) + derivative;
+                sum.store(&mut out[i], start);
+            }
+        };
+        for (j, (light, amplitude)) in sources.iter().chain(lens_lights).zip(amplitudes).enumerate() {
+            let mut own = [Lanes::ZERO; LIGHT_SLOTS];
+            if j < sources.len() {
+                gradient += light.response_lanes(beta, &mut own).1 * *amplitude;
+            } else {
+                light.response_lanes(theta, &mut own);
+            }
+            for (k, own) in own.into_iter().enumerate() {
+                add(mapping_slots + LIGHT_SLOTS * j + k, own * *amplitude);
+            }
+        }
+        for (slot, response) in responses.iter().enumerate() {
+            add(slot, gradient.dot(*response));
+        }
+    }
+}

@@ -1,0 +1,311 @@
+//! A description compiled to numbered slots: which are free, fixed or tied, and how they become lenses and lights.
+
+use std::collections::BTreeMap;
+
+use super::description::{LightDescription, ModelDescription, ParameterRule, ProfileDescription};
+use crate::error::{Error, Result};
+use crate::inference::prior::Prior;
+use crate::mapping::tidal::{LineOfSightKind, LineOfSightModel};
+use crate::profile::light::Sersic;
+use crate::profile::mass::{MassKind, MassModel};
+
+/// A parameter that is fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeParameter {
+    /// `gamma1_los`, `lens.theta_E`, `source.R_sersic`, …; numbered (`lens2.…`) from the second component on.
+    pub name: String,
+    /// Its prior.
+    pub prior: Prior,
+}
+
+/// Where the value of a slot comes from.
+#[derive(Debug, Clone, Copy)]
+enum Origin {
+    Fixed(f64),
+    Free(usize),
+}
+
+/// A model ready to be evaluated: every number of it is a slot; free parameters fill one or more slots.
+#[derive(Debug, Clone)]
+pub struct CompiledModel {
+    /// Parameters to fit, in the order of the description.
+    pub free: Vec<FreeParameter>,
+    pub(super) line_of_sight: LineOfSightKind,
+    pub(super) lenses: Vec<MassKind>,
+    pub(super) sources: usize,
+    pub(super) lens_lights: usize,
+    /// Normal prior of each light's amplitude, sources first.
+    pub(crate) amplitude_priors: Vec<[f64; 2]>,
+    names: Vec<String>,
+    origins: Vec<Origin>,
+}
+
+/// Amplitudes without a prior of their own: as good as flat for any image in electrons per second.
+const WIDE_AMPLITUDE: [f64; 2] = [0.0, 1e6];
+
+impl CompiledModel {
+    /// Compiles a description.
+    ///
+    /// # Errors
+    /// Unknown profiles or parameters, missing ones, ties to nothing, priors without room, no lens, no source, nothing free.
+    pub fn new(description: &ModelDescription) -> Result<Self> {
+        let mut slots = Slots::default();
+        let los = &description.line_of_sight;
+        slots.add("", "line_of_sight", los.model.parameters(), &los.parameters, |_| Some(0.0))?;
+        let mut lenses = Vec::new();
+        for (i, ProfileDescription { profile, parameters }) in description.lens.iter().enumerate() {
+            let kind = MassKind::named(profile)?;
+            let default = |parameter: &str| kind.default_of(profile, parameter);
+            slots.add(&numbered("lens", i), profile, kind.parameters(), parameters, default)?;
+            lenses.push(kind);
+        }
+        let mut amplitude_priors = Vec::new();
+        for (part, lights) in [("source", &description.source), ("lens_light", &description.lens_light)] {
+            for (i, light) in lights.iter().enumerate() {
+                let default = |parameter: &str| (!parameter.ends_with("_sersic")).then_some(0.0);
+                check_light(light)?;
+                slots.add(
+                    &numbered(part, i),
+                    &light.profile,
+                    &Sersic::PARAMETERS,
+                    &light.parameters,
+                    default,
+                )?;
+                amplitude_priors.push(light.amplitude.unwrap_or(WIDE_AMPLITUDE));
+            }
+        }
+        for (part, count) in [("lens", lenses.len()), ("source", description.source.len())] {
+            if count == 0 || count > 8 {
+                return Err(Error::out_of_range(&format!("number of [[{part}]]"), count, "from 1 to 8"));
+            }
+        }
+        let (free, origins) = slots.resolve()?;
+        if free.is_empty() {
+            return Err(Error::out_of_range("number of parameters with a prior", 0, "at least 1"));
+        }
+        Ok(Self {
+            free,
+            line_of_sight: los.model,
+            lenses,
+            sources: description.source.len(),
+            lens_lights: description.lens_light.len(),
+            amplitude_priors,
+            names: slots.names,
+            origins,
+        })
+    }
+
+    /// Number of amplitudes, one a light.
+    pub fn lights(&self) -> usize {
+        self.sources + self.lens_lights
+    }
+
+    /// Names of the amplitudes, in the order of [`Self::lights`].
+    pub fn amplitude_names(&self) -> Vec<String> {
+        let parts = [("source", self.sources), ("lens_light", self.lens_lights)];
+        parts.iter().flat_map(|(part, n)| (0..*n).map(move |i| numbered(part, i) + "amp")).collect()
+    }
+
+    /// Values of the free parameters at latent coordinates, and their derivatives.
+    pub fn at_latent(&self, latent: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        self.free.iter().zip(latent).map(|(p, z)| p.prior.at_latent(*z)).map(|[v, d]| (v, d)).unzip()
+    }
+
+    /// Latent coordinates of values of the free parameters.
+    pub fn to_latent(&self, values: &[f64]) -> Vec<f64> {
+        self.free.iter().zip(values).map(|(p, v)| p.prior.to_latent(*v)).collect()
+    }
+
+    /// Value of the named slot (free, fixed or tied) for the values of the free parameters.
+    pub fn value_of(&self, name: &str, free: &[f64]) -> Option<f64> {
+        let slot = self.names.iter().position(|own| own == name)?;
+        Some(self.slot_value(slot, free))
+    }
+
+    fn slot_value(&self, slot: usize, free: &[f64]) -> f64 {
+        match self.origins[slot] {
+            Origin::Fixed(value) => value,
+            Origin::Free(i) => free[i],
+        }
+    }
+
+    /// True for the full line of sight, from which γ_LOS and ω_LOS follow.
+    pub fn has_implied_minimal(&self) -> bool {
+        self.line_of_sight == LineOfSightKind::Full
+    }
+
+    /// The minimal model that the numbers of a full line of sight imply, A_LOS = A_odᵀ A_ds⁻¹ A_os.
+    pub fn implied_minimal(&self, free: &[f64]) -> Option<LineOfSightModel> {
+        if !self.has_implied_minimal() {
+            return None;
+        }
+        let numbers: Vec<f64> =
+            (0..self.line_of_sight.parameters().len()).map(|slot| self.slot_value(slot, free)).collect();
+        self.line_of_sight.build(&numbers).minimal()
+    }
+
+    /// Values of all slots.
+    pub(super) fn slots(&self, free: &[f64]) -> Vec<f64> {
+        (0..self.origins.len()).map(|slot| self.slot_value(slot, free)).collect()
+    }
+
+    /// Sums derivatives by slot into derivatives by free parameter.
+    pub(super) fn gather(&self, by_slot: &[f64]) -> Vec<f64> {
+        let mut by_free = vec![0.0; self.free.len()];
+        for (origin, derivative) in self.origins.iter().zip(by_slot) {
+            if let Origin::Free(i) = origin {
+                by_free[*i] += derivative;
+            }
+        }
+        by_free
+    }
+
+    /// For every slot, the free parameter that fills it.
+    pub(super) fn free_of_slots(&self) -> impl Iterator<Item = Option<usize>> {
+        self.origins.iter().map(|origin| match origin {
+            Origin::Free(i) => Some(*i),
+            Origin::Fixed(_) => None,
+        })
+    }
+
+    /// Slots of the line of sight and of all lenses, which shape β; the lights' follow.
+    pub(super) fn mapping_slots(&self) -> usize {
+        self.line_of_sight.parameters().len()
+            + self.lenses.iter().map(|l| l.parameters().len()).sum::<usize>()
+    }
+
+    /// The lenses and lights (sources first, amplitude 1) of the slot values.
+    ///
+    /// # Errors
+    /// When a parameter lies outside the domain of its profile.
+    pub(super) fn build(&self, slots: &[f64]) -> Result<(Vec<MassModel>, Vec<Sersic>)> {
+        let mut at = self.line_of_sight.parameters().len();
+        let mut lenses = Vec::with_capacity(self.lenses.len());
+        for kind in &self.lenses {
+            let end = at + kind.parameters().len();
+            lenses.push(kind.build(&slots[at..end])?);
+            at = end;
+        }
+        let lights = slots[at..]
+            .chunks_exact(Sersic::PARAMETERS.len())
+            .map(|p| Sersic::of_unit_amplitude([p[0], p[1], p[2], p[3], p[4], p[5]]));
+        Ok((lenses, lights.collect::<Result<_>>()?))
+    }
+}
+
+/// `lens.` for the first component, `lens2.` for the second.
+fn numbered(part: &str, i: usize) -> String {
+    if i == 0 { format!("{part}.") } else { format!("{part}{}.", i + 1) }
+}
+
+fn check_light(light: &LightDescription) -> Result<()> {
+    if !["SERSIC_ELLIPSE", "SERSIC"].contains(&light.profile.as_str()) {
+        let allowed = "SERSIC_ELLIPSE or SERSIC";
+        return Err(Error::out_of_range("profile of a light", &light.profile, allowed));
+    }
+    match light.amplitude {
+        Some([mean, sd]) if !(mean.is_finite() && sd.is_finite() && sd > 0.0) => {
+            Err(Error::out_of_range("amplitude of a light", format!("[{mean}, {sd}]"), "[mean, positive sd]"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Names and rules while the slots are collected.
+#[derive(Default)]
+struct Slots {
+    names: Vec<String>,
+    rules: Vec<ParameterRule>,
+}
+
+impl Slots {
+    /// Slots for all `parameters` of one component, in order.
+    fn add(
+        &mut self,
+        prefix: &str,
+        component: &str,
+        parameters: &[&str],
+        given: &BTreeMap<String, ParameterRule>,
+        default: impl Fn(&str) -> Option<f64>,
+    ) -> Result<()> {
+        if let Some(unknown) = given.keys().find(|key| !parameters.contains(&key.as_str())) {
+            let allowed = format!("one of {}", parameters.join(", "));
+            return Err(Error::out_of_range(&format!("parameter of {component}"), unknown, &allowed));
+        }
+        for parameter in parameters {
+            let rule = given.get(*parameter).cloned().or(default(parameter).map(ParameterRule::Fixed));
+            let what = format!("{prefix}{parameter} of {component}");
+            let allowed = "a number, a prior or the name of another parameter";
+            self.rules.push(rule.ok_or_else(|| Error::out_of_range(&what, "missing", allowed))?);
+            self.names.push(format!("{prefix}{parameter}"));
+        }
+        Ok(())
+    }
+
+    fn resolve(&self) -> Result<(Vec<FreeParameter>, Vec<Origin>)> {
+        let mut free = Vec::new();
+        let mut origins: Vec<Option<Origin>> = Vec::new();
+        for (name, rule) in self.names.iter().zip(&self.rules) {
+            origins.push(match rule {
+                ParameterRule::Fixed(value) if !value.is_finite() => {
+                    return Err(Error::out_of_range(name, value, "a finite number"));
+                }
+                ParameterRule::Fixed(value) => Some(Origin::Fixed(*value)),
+                ParameterRule::Free(prior) => {
+                    prior.validate(name)?;
+                    free.push(FreeParameter { name: name.clone(), prior: *prior });
+                    Some(Origin::Free(free.len() - 1))
+                }
+                ParameterRule::Tied(_) => None,
+            });
+        }
+        let resolved = (0..origins.len()).map(|slot| match (&self.rules[slot], origins[slot]) {
+            (_, Some(origin)) => Ok(origin),
+            (ParameterRule::Tied(other), None) => {
+                let target = self.names.iter().position(|name| name == other).and_then(|i| origins[i]);
+                let allowed = "the name of a parameter that is a number or has a prior, such as lens.e1";
+                target.ok_or_else(|| Error::out_of_range(&self.names[slot], other, allowed))
+            }
+            (_, None) => Err(Error::out_of_range(&self.names[slot], "without a rule", "a rule")),
+        });
+        Ok((free, resolved.collect::<Result<_>>()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compile(text: &str) -> Result<CompiledModel> {
+        let base = "name = \"t\"\n[[lens]]\nprofile = \"SIE\"\nparameters = { theta_E = { uniform = [0.5, 2] }, e1 = 0.1 }\n\
+                    [[source]]\nprofile = \"SERSIC_ELLIPSE\"\nparameters = { R_sersic = 0.3, n_sersic = 1, e2 = \"lens.theta_E\" }\n";
+        CompiledModel::new(&ModelDescription::parse(&format!("{base}{text}")).unwrap())
+    }
+
+    #[test]
+    fn ties_follow_and_gradients_gather() {
+        let model = compile("").unwrap();
+        assert_eq!(model.free.len(), 1);
+        assert_eq!(model.value_of("source.e2", &[0.7]), Some(0.7));
+        assert_eq!(model.value_of("lens.gamma", &[0.7]), Some(2.0));
+        assert_eq!(model.gather(&vec![1.0; model.origins.len()]), [2.0]);
+    }
+
+    #[test]
+    fn descriptions_that_cannot_be_meant_are_refused() {
+        let light =
+            |p: &str| format!("[[lens_light]]\nprofile = \"SERSIC\"\nparameters = {{ R_sersic = 1, {p} }}\n");
+        for (text, word) in [
+            (light("n_sersic = 4, m = 3"), "one of"),
+            (light("e1 = 0"), "missing"),
+            (light("n_sersic = \"lens.q\""), "lens.q"),
+            (light("n_sersic = { uniform = [2, 1] }"), "above the lower edge"),
+            (light("n_sersic = nan"), "finite"),
+            ("[[lens]]\nprofile = \"BLOB\"\nparameters = {}\n".into(), "BLOB"),
+            ("[line_of_sight]\nmodel = \"minimal\"\nparameters = { gamma1_os = 0 }\n".into(), "gamma1_los"),
+        ] {
+            let message = compile(&text).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Where the surface brightness is sampled to integrate it over pixels: fixed while a fit samples.
+
+use crate::imaging::SkyGrid;
+use crate::numerics::real::LANES;
+
+/// Samples of every pixel and their weights; the flux of a pixel is Σ weight·brightness.
+///
+/// A fit keeps its mesh, so that its likelihood is a smooth function of the parameters; an adaptive mesh is fine
+/// enough for every parameter set it was built with.
+#[derive(Debug, Clone)]
+pub struct Mesh {
+    /// Samples, pixel by pixel, filled up to whole lanes with repetitions of weight 0.
+    pub(crate) x_arcsec: Vec<f64>,
+    pub(crate) y_arcsec: Vec<f64>,
+    /// arcsec² per sample.
+    weight: Vec<f64>,
+    /// Index of the first sample of each pixel, and the number of samples.
+    first: Vec<usize>,
+}
+
+impl Mesh {
+    /// One sample at the centre of every pixel.
+    pub fn of_centres(grid: &SkyGrid) -> Self {
+        Self::new(grid, grid.theta_arcsec().into_iter().map(|theta| vec![(theta, 1.0)]))
+    }
+
+    /// Samples (θ, fraction of the pixel) of every pixel in turn.
+    pub(super) fn new(grid: &SkyGrid, pixels: impl Iterator<Item = Vec<([f64; 2], f64)>>) -> Self {
+        let area = grid.pixel_scale_arcsec().powi(2);
+        let mut mesh = Self { x_arcsec: vec![], y_arcsec: vec![], weight: vec![], first: vec![0] };
+        for samples in pixels {
+            for ([x, y], fraction) in samples {
+                mesh.x_arcsec.push(x);
+                mesh.y_arcsec.push(y);
+                mesh.weight.push(fraction * area);
+            }
+            mesh.first.push(mesh.weight.len());
+        }
+        let padded = mesh.weight.len().next_multiple_of(LANES);
+        for column in [&mut mesh.x_arcsec, &mut mesh.y_arcsec] {
+            let last = column.last().copied().unwrap_or(0.0);
+            column.resize(padded, last);
+        }
+        mesh
+    }
+
+    /// A mesh on which each of several models is integrated to `tolerance` (flux units per pixel).
+    ///
+    /// `brightness` gives, for each model, the total surface brightness at points. A cell is represented by its centre
+    /// where the 2×2 Gauss–Legendre rule agrees with that, by the rule where the rules of its quarters agree with it,
+    /// and quartered otherwise, down to 1/1024 of a pixel.
+    pub(crate) fn adaptive(
+        grid: &SkyGrid,
+        tolerance: f64,
+        brightness: impl Fn(&[[f64; 2]]) -> Vec<Vec<f64>>,
+    ) -> Self {
+        const DEEPEST: i32 = 10;
+        /// Half the distance of the two Gauss–Legendre nodes in units of the cell.
+        const NODE: f64 = 0.288_675_134_594_812_9;
+        let around =
+            |[x, y]: [f64; 2], d: f64| [[x - d, y - d], [x + d, y - d], [x - d, y + d], [x + d, y + d]];
+        let mut width = grid.pixel_scale_arcsec();
+        let mut cells: Vec<(usize, [f64; 2])> = grid.theta_arcsec().into_iter().enumerate().collect();
+        let mut samples: Vec<Vec<([f64; 2], f64)>> = vec![Vec::new(); cells.len()];
+        for depth in 0..=DEEPEST {
+            // Errors of the cells of a pixel add up like random numbers: a quarter may have half the error.
+            let allowed = tolerance * 0.5_f64.powi(depth) / (width * width);
+            let fraction = 0.25_f64.powi(depth);
+            let points: Vec<[f64; 2]> = cells
+                .iter()
+                .flat_map(|(_, c)| {
+                    let quarters = around(*c, 0.25 * width).map(|q| around(q, 0.5 * NODE * width));
+                    std::iter::once(*c).chain(around(*c, NODE * width)).chain(quarters.into_iter().flatten())
+                })
+                .collect();
+            let values = brightness(&points);
+            let mut next = Vec::new();
+            for (i, (pixel, centre)) in cells.iter().enumerate() {
+                let mut errors = [0.0_f64; 2];
+                for model in &values {
+                    let own = &model[21 * i..21 * (i + 1)];
+                    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+                    let (coarse, fine) = (mean(&own[1..5]), mean(&own[5..]));
+                    errors[0] = errors[0].max((fine - own[0]).abs());
+                    errors[1] = errors[1].max((fine - coarse).abs());
+                }
+                if errors[0] <= allowed {
+                    samples[*pixel].push((*centre, fraction));
+                } else if errors[1] <= allowed || depth == DEEPEST {
+                    samples[*pixel].extend(around(*centre, NODE * width).map(|p| (p, 0.25 * fraction)));
+                } else {
+                    next.extend(around(*centre, 0.25 * width).map(|quarter| (*pixel, quarter)));
+                }
+            }
+            (cells, width) = (next, 0.5 * width);
+        }
+        Self::new(grid, samples.into_iter())
+    }
+
+    /// Samples at any points, for evaluation alone.
+    pub(crate) fn at_points(points: &[[f64; 2]]) -> Self {
+        let padded = points.len().next_multiple_of(LANES);
+        let column = |c: usize| (0..padded).map(|i| points[i.min(points.len() - 1)][c]).collect();
+        Self { x_arcsec: column(0), y_arcsec: column(1), weight: vec![1.0; points.len()], first: vec![0] }
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.weight.len()
+    }
+
+    /// Flux of every pixel from the brightness of the samples.
+    pub(crate) fn integrate(&self, brightness: &[f64]) -> Vec<f64> {
+        let flux = |ends: &[usize]| {
+            let samples = ends[0]..ends[1];
+            self.weight[samples.clone()].iter().zip(&brightness[samples]).map(|(w, b)| w * b).sum()
+        };
+        self.first.windows(2).map(flux).collect()
+    }
+
+    /// The transpose of [`Self::integrate`], filled up to whole lanes.
+    pub(crate) fn distribute(&self, by_pixel: &[f64]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(self.x_arcsec.len());
+        for (ends, value) in self.first.windows(2).zip(by_pixel) {
+            out.extend(self.weight[ends[0]..ends[1]].iter().map(|w| w * value));
+        }
+        out.resize(self.x_arcsec.len(), 0.0);
+        out
+    }
+}

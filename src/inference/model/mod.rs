@@ -1,0 +1,11 @@
+//! The forward model: a description in TOML, compiled to numbered parameters, evaluated with derivatives.
+
+mod brightness;
+mod compiled;
+mod description;
+mod mesh;
+
+pub(crate) use brightness::Evaluation;
+pub use compiled::{CompiledModel, FreeParameter};
+pub use description::{BUILT_IN, LightDescription, ModelDescription, ParameterRule, ProfileDescription};
+pub use mesh::Mesh;

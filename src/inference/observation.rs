@@ -1,0 +1,61 @@
+//! The image to fit, with what is known of its noise and PSF.
+
+use crate::error::{Error, Result, require};
+use crate::imaging::{Psf, SkyGrid};
+
+/// A square image in e⁻/s with its noise model and PSF.
+#[derive(Debug, Clone)]
+pub struct Observation {
+    /// The sky grid.
+    pub grid: SkyGrid,
+    /// Flux per pixel in e⁻/s, row-major (y, x).
+    pub data_e_s: Vec<f64>,
+    /// True where the pixel is used.
+    pub used: Vec<bool>,
+    /// Standard deviation of the background per pixel, e⁻/s.
+    pub background_rms_e_s: f64,
+    /// Exposure time in s.
+    pub exposure_s: f64,
+    /// Point-spread function.
+    pub psf: Psf,
+}
+
+impl Observation {
+    /// Checks sizes and numbers.
+    ///
+    /// # Errors
+    /// Sizes that do not fit the grid, no pixel used, pixels in use or noise that are not finite and positive.
+    pub fn validate(&self) -> Result<()> {
+        let n = self.grid.pixels() * self.grid.pixels();
+        for (what, length) in
+            [("pixels of the image", self.data_e_s.len()), ("pixels of the mask", self.used.len())]
+        {
+            if length != n {
+                return Err(Error::out_of_range(what, length, &format!("{n}, those of the grid")));
+            }
+        }
+        require(self.background_rms_e_s > 0.0, "BKGRMS", self.background_rms_e_s, "positive, in e⁻/s")?;
+        require(self.exposure_s > 0.0, "EXPTIME", self.exposure_s, "positive, in s")?;
+        if !self.used.contains(&true) {
+            return Err(Error::out_of_range(
+                "number of pixels in use",
+                0,
+                "at least 1 (MASK: 1 = use the pixel)",
+            ));
+        }
+        for (value, used) in self.data_e_s.iter().zip(&self.used) {
+            require(
+                !used || value.is_finite(),
+                "a pixel in use",
+                if *used { *value } else { 0.0 },
+                "finite",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Number of pixels in use.
+    pub fn pixels_in_use(&self) -> usize {
+        self.used.iter().filter(|used| **used).count()
+    }
+}

@@ -1,0 +1,194 @@
+//! Prior distributions and their latent coordinates.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spec_math::cephes64::{ndtr, ndtri};
+
+use crate::error::{Error, Result, require};
+
+/// The shape of a prior before it is cut to [`Prior::low`]–[`Prior::high`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PriorShape {
+    /// Uniform between two edges.
+    Uniform([f64; 2]),
+    /// Normal: mean and standard deviation.
+    Normal([f64; 2]),
+    /// Log-normal: median, and standard deviation of the natural logarithm.
+    LogNormal([f64; 2]),
+}
+
+/// The prior of one parameter: `{ uniform = [a, b] }`, `{ normal = [mean, sd] }` or `{ log_normal = [median, sd of ln] }`;
+/// the last two may be cut with `low` and `high`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Prior {
+    /// Shape.
+    #[serde(flatten)]
+    pub shape: PriorShape,
+    /// Lower edge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low: Option<f64>,
+    /// Upper edge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub high: Option<f64>,
+}
+
+impl Prior {
+    /// Uniform from `low` to `high`.
+    pub fn uniform(low: f64, high: f64) -> Self {
+        Self { shape: PriorShape::Uniform([low, high]), low: None, high: None }
+    }
+
+    /// Checks its numbers; `name` is the parameter's.
+    ///
+    /// # Errors
+    /// A number that is not finite, a width that is not positive, edges that leave nothing.
+    pub fn validate(&self, name: &str) -> Result<()> {
+        let what = |part: &str| format!("prior of {name}: {part}");
+        let (PriorShape::Uniform(pair) | PriorShape::Normal(pair) | PriorShape::LogNormal(pair)) = self.shape;
+        for value in pair.into_iter().chain(self.low).chain(self.high) {
+            require(true, &what("a number"), value, "finite")?;
+        }
+        match self.shape {
+            PriorShape::Uniform([low, high]) => {
+                require(high > low, &what("upper edge"), high, &format!("above the lower edge, {low}"))?;
+                if self.low.or(self.high).is_some() {
+                    let allowed = "left out: a uniform prior has its edges already";
+                    return Err(Error::out_of_range(&what("low or high"), "given", allowed));
+                }
+            }
+            PriorShape::Normal([_, sd]) => require(sd > 0.0, &what("standard deviation"), sd, "positive")?,
+            PriorShape::LogNormal([median, sd]) => {
+                require(median > 0.0, &what("median"), median, "positive")?;
+                require(sd > 0.0, &what("standard deviation of ln"), sd, "positive")?;
+            }
+        }
+        let [a, b] = self.window();
+        require(b - a > 0.0, &what("probability between low and high"), b - a, "positive")
+    }
+
+    /// The edges of its support, infinite where there is none.
+    pub fn edges(&self) -> [f64; 2] {
+        let [low, high] = match self.shape {
+            PriorShape::Uniform(edges) => edges,
+            PriorShape::Normal(_) => [f64::NEG_INFINITY, f64::INFINITY],
+            PriorShape::LogNormal(_) => [0.0, f64::INFINITY],
+        };
+        [self.low.unwrap_or(low), self.high.unwrap_or(high)]
+    }
+
+    /// The value at latent coordinate z and its derivative dp/dz: p = F⁻¹(Φ(z)).
+    pub fn at_latent(&self, z: f64) -> [f64; 2] {
+        if let PriorShape::Uniform([low, high]) = self.shape {
+            // From the nearer edge, which keeps all digits there.
+            let width = high - low;
+            let value = if z < 0.0 { low + width * ndtr(z) } else { high - width * ndtr(-z) };
+            return [value, width * density(z)];
+        }
+        let [a, b] = self.window();
+        let (y, dy) = if a == 0.0 && b == 1.0 {
+            (z, 1.0)
+        } else {
+            let y = ndtri((a + (b - a) * ndtr(z)).clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON / 2.0));
+            (y, (b - a) * density(z) / density(y))
+        };
+        match self.shape {
+            PriorShape::Normal([mean, sd]) => [mean + sd * y, sd * dy],
+            PriorShape::LogNormal([median, sd]) => {
+                let value = median * (sd * y).exp();
+                [value, value * sd * dy]
+            }
+            PriorShape::Uniform(_) => [f64::NAN; 2],
+        }
+    }
+
+    /// The latent coordinate of a value, kept within ±8.
+    pub fn to_latent(&self, value: f64) -> f64 {
+        let z = match self.shape {
+            PriorShape::Uniform([low, high]) => ndtri(((value - low) / (high - low)).clamp(0.0, 1.0)),
+            _ => {
+                let [a, b] = self.window();
+                let y = self.standardise(value);
+                if a == 0.0 && b == 1.0 { y } else { ndtri(((ndtr(y) - a) / (b - a)).clamp(0.0, 1.0)) }
+            }
+        };
+        if z.is_nan() { 0.0 } else { z.clamp(-8.0, 8.0) }
+    }
+
+    /// (p − mean)/sd, in ln p for the log-normal.
+    fn standardise(&self, value: f64) -> f64 {
+        match self.shape {
+            PriorShape::LogNormal([median, sd]) => (value.max(0.0) / median).ln() / sd,
+            PriorShape::Normal([mean, sd]) => (value - mean) / sd,
+            PriorShape::Uniform([low, high]) => (value - low) / (high - low),
+        }
+    }
+
+    /// Probability below each edge of the shape that is not cut.
+    fn window(&self) -> [f64; 2] {
+        let below = |edge: Option<f64>, open: f64| edge.map_or(open, |v| ndtr(self.standardise(v)));
+        [below(self.low, 0.0), below(self.high, 1.0)]
+    }
+}
+
+/// The standard normal density.
+fn density(z: f64) -> f64 {
+    (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::profile::mass::derivative_checks::derivative;
+
+    fn priors() -> [Prior; 5] {
+        let cut = |shape, low, high| Prior { shape, low, high };
+        [
+            Prior::uniform(-0.5, 3.0),
+            cut(PriorShape::Normal([1.0, 0.3]), None, None),
+            cut(PriorShape::Normal([1.0, 0.3]), Some(0.9), Some(1.7)),
+            cut(PriorShape::LogNormal([0.3, 0.5]), None, None),
+            cut(PriorShape::LogNormal([0.3, 0.5]), Some(0.1), None),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn latent_coordinates_are_smooth_and_invertible(z in -4.0..4.0_f64) {
+            for prior in priors() {
+                let [value, slope] = prior.at_latent(z);
+                let [low, high] = prior.edges();
+                prop_assert!(value >= low && value <= high);
+                prop_assert!((prior.to_latent(value) - z).abs() < 1e-9, "{prior:?}");
+                let want = derivative(|z| prior.at_latent(z)[0], z, 1e-3);
+                prop_assert!((slope - want).abs() < 1e-9 * (1.0 + want.abs()), "{prior:?}: {slope} {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn half_of_the_probability_lies_below_zero() {
+        assert_eq!(Prior::uniform(-0.5, 3.0).at_latent(0.0)[0], 1.25);
+        // The median of a normal cut at its mean is its upper quartile.
+        let cut = Prior { shape: PriorShape::Normal([0.0, 1.0]), low: Some(0.0), high: None };
+        assert!((cut.at_latent(0.0)[0] - 0.674_489_750_196_081_7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn priors_without_room_are_refused() {
+        let cut = |low, high| Prior { shape: PriorShape::Normal([0.0, 1.0]), low, high };
+        for prior in [
+            Prior::uniform(1.0, 1.0),
+            Prior::uniform(f64::NAN, 1.0),
+            cut(Some(2.0), Some(1.0)),
+            cut(Some(50.0), None),
+            Prior { low: Some(0.0), ..Prior::uniform(0.0, 1.0) },
+            Prior { shape: PriorShape::Normal([0.0, 0.0]), low: None, high: None },
+            Prior { shape: PriorShape::LogNormal([-1.0, 0.1]), low: None, high: None },
+        ] {
+            assert!(prior.validate("x").is_err(), "{prior:?}");
+        }
+    }
+}

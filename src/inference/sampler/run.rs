@@ -1,0 +1,232 @@
+//! A run of one sampler: its state between blocks, and the loop until convergence.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::SamplerSettings;
+use super::chains::Chains;
+use super::ensemble::{EnsembleState, Plan};
+use super::nested::{Evidence, NestedState};
+use super::nuts::NutsState;
+use super::target::Problem;
+use crate::error::Result;
+use crate::inference::LatentLikelihood;
+use crate::inference::convergence::Convergence;
+
+/// What must converge, as a function of z: the free parameters and whatever else is reported.
+pub type Quantities<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
+
+/// A run between two blocks. It can be saved (serde; every bit survives) and continued.
+///
+/// ```
+/// use haloray::inference::LatentLikelihood;
+/// use haloray::inference::sampler::{Problem, SamplerRun, SamplerSettings};
+///
+/// /// One measurement of z: 1.0 ± 0.5.
+/// struct Measurement;
+/// impl LatentLikelihood for Measurement {
+///     fn dimension(&self) -> usize {
+///         1
+///     }
+///     fn log_likelihood(&self, z: &[f64]) -> f64 {
+///         -2.0 * (z[0] - 1.0).powi(2)
+///     }
+///     fn log_likelihood_gradient(&self, z: &[f64], gradient: &mut [f64]) -> f64 {
+///         gradient[0] = -4.0 * (z[0] - 1.0);
+///         self.log_likelihood(z)
+///     }
+/// }
+///
+/// let problem = Problem { likelihood: &Measurement, starts: &[vec![0.0]], metric: None };
+/// let mut run = SamplerRun::start(&SamplerSettings::default(), 42, &problem)?;
+/// let progress = run.finish(&Measurement, &|z| z.to_vec(), |run, _| {
+///     let saved = serde_json::to_string(run).unwrap_or_default(); // what a killed run continues from
+///     assert!(!saved.is_empty());
+///     Ok(())
+/// })?;
+/// assert!(progress.is_converged);
+/// let draws = run.chains().coordinate(0).concat();
+/// let mean = draws.iter().sum::<f64>() / draws.len() as f64;
+/// assert!((mean - 0.8).abs() < 0.1); // prior N(0, 1) and measurement together: 0.8 ± 0.45
+/// # Ok::<(), haloray::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SamplerRun {
+    settings: SamplerSettings,
+    seed: u64,
+    /// Blocks done.
+    block: u64,
+    state: State,
+    chains: Chains,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum State {
+    Nuts(NutsState),
+    Ensemble(EnsembleState),
+    Nested(NestedState),
+}
+
+/// How far a run has come.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// True while no draw is kept: warm-up, or a nested run under way.
+    pub is_warming_up: bool,
+    /// Draws kept, of all chains.
+    pub draws: usize,
+    /// Draws after which the run stops unconverged, of all chains; `None` for nested sampling, which stops by
+    /// itself.
+    pub max_draws: Option<usize>,
+    /// Evaluations of the likelihood or its gradient.
+    pub evaluations: u64,
+    /// Divergent trajectories among the draws kept (NUTS).
+    pub divergences: usize,
+    /// What the live points may still add to the log-evidence (nested sampling).
+    pub remaining_log_evidence: Option<f64>,
+    /// Convergence of each quantity.
+    pub quantities: Vec<Convergence>,
+    /// The worst of them.
+    pub worst: Convergence,
+    /// True if every quantity has converged, and the evidence where there is one.
+    pub is_converged: bool,
+    /// True if there is nothing more to do: converged, or at the end of what is allowed.
+    pub is_finished: bool,
+}
+
+impl SamplerRun {
+    /// Prepares a run.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfRange`] for settings out of their domain, a metric that is not positive definite,
+    /// missing start points or ones where the likelihood is zero, and priors under which it is zero everywhere.
+    pub fn start(settings: &SamplerSettings, seed: u64, problem: &Problem) -> Result<Self> {
+        let dimension = problem.likelihood.dimension();
+        let ensemble = |plan: Plan, name: &str| -> Result<(State, Chains)> {
+            let walkers = plan.walkers(dimension);
+            let state = EnsembleState::start(plan, name, seed, problem)?;
+            Ok((State::Ensemble(state), Chains::new(dimension, walkers * plan.ensembles, walkers)))
+        };
+        let (state, chains) = match settings {
+            SamplerSettings::Nuts(nuts) => {
+                let state = NutsState::start(*nuts, seed, problem)?;
+                (State::Nuts(state), Chains::new(dimension, nuts.chains, 1))
+            }
+            SamplerSettings::EnsembleSlice(slice) => ensemble(slice.plan(), "ensemble-slice")?,
+            SamplerSettings::Stretch(stretch) => ensemble(stretch.plan()?, "stretch")?,
+            SamplerSettings::Nested(nested) => {
+                let state = NestedState::start(*nested, seed, problem)?;
+                (State::Nested(state), Chains::new(dimension, nested.runs, 1))
+            }
+        };
+        Ok(Self { settings: *settings, seed, block: 0, state, chains })
+    }
+
+    /// Computes the next block.
+    pub fn advance(&mut self, likelihood: &dyn LatentLikelihood) {
+        self.block += 1;
+        let (seed, block, chains) = (self.seed, self.block, &mut self.chains);
+        match &mut self.state {
+            State::Nuts(nuts) => nuts.advance(likelihood, seed, block, chains),
+            State::Ensemble(ensemble) => ensemble.advance(likelihood, seed, block, chains),
+            State::Nested(nested) => nested.advance(likelihood, seed, block, chains),
+        }
+    }
+
+    /// Computes blocks until the run is finished; `after_block` sees every block, may save the run, and may
+    /// stop it by an error.
+    ///
+    /// # Errors
+    /// Those of `after_block`.
+    pub fn finish(
+        &mut self,
+        likelihood: &dyn LatentLikelihood,
+        quantities: Quantities,
+        mut after_block: impl FnMut(&Self, &Progress) -> Result<()>,
+    ) -> Result<Progress> {
+        let mut progress = self.progress(quantities);
+        while !progress.is_finished {
+            self.advance(likelihood);
+            progress = self.progress(quantities);
+            after_block(self, &progress)?;
+        }
+        Ok(progress)
+    }
+
+    /// How far the run has come.
+    pub fn progress(&self, quantities: Quantities) -> Progress {
+        let convergence = self.convergence(quantities);
+        let (draws, chains) = (self.chains.draws(), self.chains.chains.len());
+        let all_converged = !convergence.is_empty() && convergence.iter().all(Convergence::is_converged);
+        let (max_draws, is_converged, is_finished, remaining) = match &self.state {
+            State::Nuts(nuts) => (Some(nuts.max_draws()), all_converged, all_converged, None),
+            State::Ensemble(ensemble) => {
+                (Some(ensemble.plan.max_draws()), all_converged, all_converged, None)
+            }
+            State::Nested(nested) => {
+                let (is_over, remaining) = (nested.evidence().is_some(), nested.remaining_log_evidence());
+                (None, all_converged && nested.has_ended(), is_over, Some(remaining))
+            }
+        };
+        Progress {
+            is_warming_up: draws == 0,
+            draws: draws * chains,
+            max_draws: max_draws.map(|draws| draws * chains),
+            evaluations: self.evaluations(),
+            divergences: self.chains.divergences(),
+            remaining_log_evidence: remaining,
+            worst: Convergence::worst(&convergence),
+            quantities: convergence,
+            is_converged,
+            is_finished: is_finished || max_draws.is_some_and(|max| draws >= max),
+        }
+    }
+
+    fn convergence(&self, quantities: Quantities) -> Vec<Convergence> {
+        let dimension = self.chains.dimension.max(1);
+        let values_of_chain = |z: &[f64]| z.chunks_exact(dimension).map(quantities).collect();
+        // By chain, draw and quantity.
+        let values: Vec<Vec<Vec<f64>>> =
+            self.chains.chains.iter().map(|chain| values_of_chain(&chain.z)).collect();
+        let count = values.first().and_then(|chain| chain.first()).map_or(0, Vec::len);
+        (0..count)
+            .into_par_iter()
+            .map(|quantity| {
+                let of = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| draw[quantity]).collect();
+                let chains: Vec<Vec<f64>> = values.iter().map(of).collect();
+                Convergence::of(&chains, self.chains.group_size)
+            })
+            .collect()
+    }
+
+    /// Evaluations of the likelihood or its gradient so far.
+    pub fn evaluations(&self) -> u64 {
+        match &self.state {
+            State::Nuts(nuts) => nuts.evaluations,
+            State::Ensemble(ensemble) => ensemble.evaluations,
+            State::Nested(nested) => nested.evaluations(),
+        }
+    }
+
+    /// The evidence, when nested sampling has ended.
+    pub fn evidence(&self) -> Option<Evidence> {
+        match &self.state {
+            State::Nested(nested) => nested.evidence(),
+            _ => None,
+        }
+    }
+
+    /// The draws kept so far; of nested sampling there are none before its end.
+    pub fn chains(&self) -> &Chains {
+        &self.chains
+    }
+
+    /// Settings of the run.
+    pub fn settings(&self) -> &SamplerSettings {
+        &self.settings
+    }
+
+    /// Seed of the run.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+}

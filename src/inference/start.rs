@@ -1,0 +1,158 @@
+//! A start for the samplers from priors and data alone: many rough guesses, Levenberg–Marquardt from each, the best kept.
+
+use nalgebra::{DMatrix, DVector};
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::image_likelihood::{Curvature, ImageLikelihood};
+use super::latent::LatentLikelihood;
+use super::observation::Observation;
+use crate::error::{Error, Result};
+use crate::numerics::random::{Stage, stream};
+
+/// The best maximum of the posterior that was found.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// Latent coordinates.
+    pub latent: Vec<f64>,
+    /// ln L − ½|z|² there.
+    pub log_posterior: f64,
+    /// Fisher matrix plus prior there.
+    pub metric: DMatrix<f64>,
+    /// Evaluations of likelihood with derivatives that it took.
+    pub evaluations: u64,
+}
+
+/// Einstein radii tried, and random shapes for each.
+const RADII: usize = 10;
+const SHAPES: u64 = 3;
+/// Iterations of a rough search, and of the final one of the best few.
+const ROUGH_ITERATIONS: usize = 12;
+const FINAL_ITERATIONS: usize = 200;
+const FINALISTS: usize = 4;
+/// Spread of the guesses for what the image says nothing about beforehand, in latent standard deviations.
+const GUESS_SPREAD: f64 = 0.25;
+
+/// Searches the posterior's highest maximum.
+///
+/// Sizes are guessed from the image: Einstein radii from 3 pixels to its edge in logarithmic steps, source radii as a
+/// quarter of them, lens light as wide as half of the light. Everything else is guessed around its prior median.
+///
+/// # Errors
+/// When the model cannot be evaluated at any guess: priors that exclude everything.
+pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
+    let guesses: Vec<Vec<f64>> = (0..RADII as u64 * SHAPES).map(|i| guess(likelihood, seed, i)).collect();
+    let mut rough: Vec<(Start, usize)> = guesses
+        .into_par_iter()
+        .enumerate()
+        .filter_map(|(i, latent)| Some((climb(likelihood, latent, ROUGH_ITERATIONS)?, i)))
+        .collect();
+    rough.sort_by(|a, b| b.0.log_posterior.total_cmp(&a.0.log_posterior).then(a.1.cmp(&b.1)));
+    let evaluations: u64 = rough.iter().map(|(start, _)| start.evaluations).sum();
+    let finals: Vec<Start> = rough
+        .into_par_iter()
+        .take(FINALISTS)
+        .filter_map(|(start, _)| climb(likelihood, start.latent, FINAL_ITERATIONS))
+        .collect();
+    let all = evaluations + finals.iter().map(|start| start.evaluations).sum::<u64>();
+    let best = finals.into_iter().reduce(|a, b| if b.log_posterior > a.log_posterior { b } else { a });
+    let best = best.ok_or_else(|| no_model(likelihood))?;
+    Ok(Start { evaluations: all, ..best })
+}
+
+/// Climbs again from a known place, as after a change of the mesh.
+///
+/// # Errors
+/// When the model cannot be evaluated there.
+pub(super) fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Start> {
+    climb(likelihood, latent, FINAL_ITERATIONS).ok_or_else(|| no_model(likelihood))
+}
+
+fn no_model(likelihood: &ImageLikelihood) -> Error {
+    let middle = likelihood.model.at_latent(&vec![0.0; likelihood.dimension()]).0;
+    let reason = likelihood.model.evaluate(&middle).err().map_or_else(
+        || "models whose amplitudes can be solved for; none was found among the guesses".into(),
+        |error| format!("models that exist; at the medians {error}"),
+    );
+    Error::out_of_range("what the priors allow", "no model", &reason)
+}
+
+fn guess(likelihood: &ImageLikelihood, seed: u64, number: u64) -> Vec<f64> {
+    let observation = &likelihood.observation;
+    let (pixel, edge) = (observation.grid.pixel_scale_arcsec(), 0.9 * observation.grid.half_width_arcsec());
+    let step = (number / SHAPES) as f64 / (RADII - 1) as f64;
+    let einstein_radius = 3.0 * pixel * (edge / (3.0 * pixel)).max(1.0).powf(step);
+    let mut rng = stream(seed, number, Stage::Start, 0);
+    let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
+    let free = likelihood.model.free.iter();
+    free.map(|parameter| {
+        let (part, own) = parameter.name.split_once('.').unwrap_or(("", &parameter.name));
+        let own_guess = match (part.trim_end_matches(char::is_numeric), own) {
+            ("lens", "theta_E") => Some(einstein_radius),
+            ("source", "R_sersic") => Some(0.25 * einstein_radius * (0.5 * random()).exp()),
+            ("source", "n_sersic") => Some(2.0 * (0.4 * random()).exp()),
+            ("lens_light", "R_sersic") => Some(half_light_radius(observation) * (0.3 * random()).exp()),
+            ("lens_light", "n_sersic") => Some(3.0),
+            _ => None,
+        };
+        own_guess.map_or_else(|| GUESS_SPREAD * random(), |v| parameter.prior.to_latent(v).clamp(-5.0, 5.0))
+    })
+    .collect()
+}
+
+/// Radius about the centre of the image that holds half of its light.
+fn half_light_radius(observation: &Observation) -> f64 {
+    let theta = observation.grid.theta_arcsec();
+    let mut pixels: Vec<(f64, f64)> = theta
+        .iter()
+        .zip(observation.data_e_s.iter().zip(&observation.used))
+        .map(|([x, y], (flux, used))| (x.hypot(*y), if *used { flux.max(0.0) } else { 0.0 }))
+        .collect();
+    pixels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * pixels.iter().map(|p| p.1).sum::<f64>();
+    let mut sum = 0.0;
+    let inside = pixels.iter().find(|(_, flux)| {
+        sum += flux;
+        sum >= half
+    });
+    inside.map_or(1.0, |(radius, _)| *radius).max(observation.grid.pixel_scale_arcsec())
+}
+
+/// Levenberg–Marquardt on ln L − ½|z|² with the Fisher matrix; `None` where the start has no likelihood.
+fn climb(likelihood: &ImageLikelihood, mut latent: Vec<f64>, iterations: usize) -> Option<Start> {
+    /// A latent coordinate moves by no more than this at once.
+    const LONGEST: f64 = 1.0;
+    /// Gain of ln p below which the climb ends, and the damping above which no step helps.
+    const SMALLEST_GAIN: f64 = 1e-6;
+    const MOST_DAMPING: f64 = 1e8;
+    let mut here = likelihood.curvature(&latent)?;
+    let (mut damping, mut evaluations) = (1e-2, 1);
+    for _ in 0..iterations {
+        let step = damped_step(&here, damping)?;
+        let scale = (LONGEST / step.amax()).min(1.0);
+        let moved: Vec<f64> = latent.iter().zip(step.iter()).map(|(z, s)| z + scale * s).collect();
+        evaluations += 1;
+        match likelihood.curvature(&moved) {
+            Some(there) if there.log_posterior > here.log_posterior => {
+                let gain = there.log_posterior - here.log_posterior;
+                (latent, here) = (moved, there);
+                if gain < SMALLEST_GAIN && damping < 1.0 {
+                    break;
+                }
+                damping = f64::max(0.2 * damping, 1e-9);
+            }
+            _ if damping > MOST_DAMPING => break,
+            _ => damping *= 8.0,
+        }
+    }
+    Some(Start { latent, log_posterior: here.log_posterior, metric: here.metric, evaluations })
+}
+
+fn damped_step(here: &Curvature, damping: f64) -> Option<DVector<f64>> {
+    let mut matrix = here.metric.clone();
+    for i in 0..matrix.nrows() {
+        matrix[(i, i)] *= 1.0 + damping;
+    }
+    let step = matrix.cholesky()?.solve(&here.gradient);
+    step.iter().all(|s| s.is_finite()).then_some(step)
+}

@@ -1,0 +1,140 @@
+//! A FITS image read as an observation to fit.
+
+use std::path::Path;
+
+use super::image_fits::{ExposureKeywords, ImageFile};
+use crate::error::{Error, Result, require};
+use crate::imaging::{Psf, SkyGrid};
+use crate::inference::Observation;
+
+/// Where the Gaussian PSF of an image that does not say is cut, in standard deviations.
+const DEFAULT_TRUNCATION_SIGMA: f64 = 5.0;
+
+/// Reads a square image with EXPTIME, BKGRMS, and PSFFWHM (with PSFTRUNC, else 5σ) or an extension PSF; MASK if there is one.
+///
+/// # Errors
+/// Those of [`ImageFile::read`]; keywords that are missing, contradict one another or lie outside their domain; a PSF
+/// kernel that is not normalised to 1e-3 or has negative pixels; an image that is not square.
+pub fn read_observation(path: &Path) -> Result<(Observation, ExposureKeywords)> {
+    let image = ImageFile::read(path)?;
+    let in_file = |error: Error| match error {
+        Error::OutOfRange { .. } => Error::format(path, error.to_string()),
+        other => other,
+    };
+    let observation = observation(&image).map_err(in_file)?;
+    observation.validate().map_err(in_file)?;
+    Ok((observation, image.keywords))
+}
+
+fn observation(image: &ImageFile) -> Result<Observation> {
+    if image.nx != image.ny {
+        let size = format!("{}×{} pixels", image.nx, image.ny);
+        return Err(Error::out_of_range(
+            "size of the image",
+            size,
+            "square; cut it out, or mask what is added",
+        ));
+    }
+    let keywords = &image.keywords;
+    let missing = |name: &str, what: &str| Error::out_of_range(name, "missing", what);
+    let exposure_s = keywords.exposure_time_s.ok_or_else(|| missing("EXPTIME", "the exposure time in s"))?;
+    let background = keywords.background_rms_e_per_s;
+    let background_rms_e_s =
+        background.ok_or_else(|| missing("BKGRMS", "the background rms per pixel in e⁻/s"))?;
+    if let (Some(lens), Some(source)) = (keywords.z_lens, keywords.z_source) {
+        require(
+            lens > 0.0 && lens < source,
+            "ZLENS",
+            lens,
+            &format!("above 0 and below ZSOURCE = {source}"),
+        )?;
+    }
+    Ok(Observation {
+        grid: SkyGrid::new(image.nx, image.pixel_scale_arcsec)?,
+        data_e_s: image.data.clone(),
+        used: image.mask.clone().unwrap_or_else(|| vec![true; image.data.len()]),
+        background_rms_e_s,
+        exposure_s,
+        psf: psf(image)?,
+    })
+}
+
+fn psf(image: &ImageFile) -> Result<Psf> {
+    /// Sums of kernels that differ by more than this from 1 are a mistake, not rounding.
+    const NORMALISED: f64 = 1e-3;
+    match (&image.psf, image.keywords.psf_fwhm_arcsec) {
+        (Some(_), Some(fwhm)) => Err(Error::out_of_range(
+            "PSFFWHM",
+            fwhm,
+            "left out beside an extension PSF: one of the two holds",
+        )),
+        (None, None) => {
+            let allowed = "the FWHM of a Gaussian PSF in arcsec (0 for none), or an extension PSF";
+            Err(Error::out_of_range("PSFFWHM", "missing", allowed))
+        }
+        (None, Some(fwhm)) => {
+            let truncation = image.keywords.psf_truncation_sigma.unwrap_or(DEFAULT_TRUNCATION_SIGMA);
+            Psf::gaussian(fwhm, truncation, image.pixel_scale_arcsec)
+        }
+        (Some(kernel), None) => {
+            let total: f64 = kernel.data.iter().sum();
+            require((total - 1.0).abs() <= NORMALISED, "sum of the PSF kernel", total, "1 within 1e-3")?;
+            Psf::kernel(kernel.nx, kernel.ny, kernel.data.clone())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::PsfKernel;
+
+    fn image() -> ImageFile {
+        ImageFile {
+            data: vec![0.1; 9],
+            nx: 3,
+            ny: 3,
+            pixel_scale_arcsec: 0.08,
+            keywords: ExposureKeywords {
+                exposure_time_s: Some(5400.0),
+                background_rms_e_per_s: Some(0.006),
+                psf_fwhm_arcsec: Some(0.08),
+                z_lens: Some(0.5),
+                z_source: Some(1.5),
+                ..Default::default()
+            },
+            psf: None,
+            mask: None,
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_fitted_is_named() {
+        assert!(observation(&image()).unwrap().validate().is_ok());
+        let fault = |edit: fn(&mut ImageFile)| {
+            let mut image = image();
+            edit(&mut image);
+            observation(&image).and_then(|o| o.validate()).unwrap_err().to_string()
+        };
+        let kernel = |value: f64| PsfKernel { data: vec![value; 9], nx: 3, ny: 3 };
+        assert!(observation(&ImageFile { psf: Some(kernel(1.0 / 9.0)), ..image() }).is_err());
+        for (message, word) in [
+            (fault(|i| i.keywords.exposure_time_s = None), "EXPTIME is missing"),
+            (fault(|i| i.keywords.background_rms_e_per_s = None), "BKGRMS is missing"),
+            (fault(|i| i.keywords.background_rms_e_per_s = Some(-0.1)), "BKGRMS is -0.1"),
+            (fault(|i| i.keywords.psf_fwhm_arcsec = None), "PSFFWHM is missing"),
+            (fault(|i| i.keywords.z_lens = Some(1.5)), "below ZSOURCE"),
+            (fault(|i| (i.nx, i.ny) = (9, 1)), "square"),
+            (fault(|i| i.mask = Some(vec![false; 9])), "pixels in use"),
+            (
+                fault(|i| {
+                    i.keywords.psf_fwhm_arcsec = None;
+                    i.psf = Some(PsfKernel { data: vec![0.2; 9], nx: 3, ny: 3 });
+                }),
+                "1 within 1e-3",
+            ),
+        ] {
+            assert!(message.contains(word), "{message}");
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Where on the sky the centres of the lenses of a tidal model are seen.
+
+use super::lens::TidalLens;
+use super::model::LineOfSightModel;
+use crate::profile::mass::MassModel;
+
+/// Iterations of θ ← θ + c − θ_d(θ); each gains a factor of the foreground tensors, at least two where these make sense.
+const ITERATIONS: usize = 60;
+/// Distance from the centre that counts as reached, arcsec.
+const REACHED_ARCSEC: f64 = 1e-12;
+
+impl TidalLens {
+    /// Directions in which rays meet the centre of a lens: θ_d(θ) = c.
+    ///
+    /// There the deflection may jump or diverge. Flexion models take the deflection at θ too, so that the unmoved
+    /// centres are among their directions.
+    pub fn lens_centres_arcsec(&self) -> Vec<[f64; 2]> {
+        let centres: Vec<[f64; 2]> = self.lenses.iter().filter_map(MassModel::centre_arcsec).collect();
+        let mut seen: Vec<[f64; 2]> = centres.iter().filter_map(|&c| self.direction_of(c)).collect();
+        if matches!(self.model, LineOfSightModel::Flexion(_)) {
+            seen.extend(centres);
+        }
+        seen.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        seen.dedup_by(|a, b| (a[0] - b[0]).hypot(a[1] - b[1]) <= REACHED_ARCSEC);
+        seen
+    }
+
+    fn direction_of(&self, centre: [f64; 2]) -> Option<[f64; 2]> {
+        let mut theta = centre;
+        for _ in 0..ITERATIONS {
+            let at = self.model.lens_position(theta[0], theta[1]);
+            let left = [centre[0] - at.re, centre[1] - at.im];
+            if left[0].hypot(left[1]) <= REACHED_ARCSEC {
+                return Some(theta);
+            }
+            theta = [theta[0] + left[0], theta[1] + left[1]];
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Complex;
+
+    use super::super::{Flexion, FlexionModel, Tidal};
+    use super::*;
+    use crate::profile::mass::PointMass;
+
+    #[test]
+    fn a_ray_towards_a_centre_meets_it() {
+        let tidal = Tidal { kappa: 0.05, gamma: Complex::new(0.03, -0.1), omega: 0.02 };
+        let flexion = Flexion { f: Complex::new(0.01, 0.02), g: Complex::new(-0.01, 0.0) };
+        let centre = [0.3, -0.2];
+        let lenses = vec![MassModel::PointMass(PointMass::new(1.0, centre).unwrap())];
+        let flexed = FlexionModel::minimal(tidal, tidal, flexion, flexion, flexion);
+        for (model, number) in [
+            (LineOfSightModel::Minimal { od: tidal, los: tidal }, 1),
+            (LineOfSightModel::Flexion(flexed), 2),
+            (LineOfSightModel::EMPTY, 1),
+        ] {
+            let lens = TidalLens { model, lenses: lenses.clone(), time_delay_distance_mpc: f64::NAN };
+            let seen = lens.lens_centres_arcsec();
+            assert_eq!(seen.len(), number);
+            let nearest = |[x, y]: &[f64; 2]| {
+                let at = lens.model.lens_position(*x, *y);
+                (at.re - centre[0]).hypot(at.im - centre[1])
+            };
+            assert!(seen.iter().map(nearest).fold(f64::INFINITY, f64::min) < 1e-11);
+        }
+    }
+}

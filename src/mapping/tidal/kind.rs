@@ -1,0 +1,204 @@
+//! The models of the line of sight as functions of their numbers: names, order, and which numbers stand for which.
+
+use nalgebra::Complex;
+use serde::{Deserialize, Serialize};
+
+use super::flexion::{Flexion, FlexionModel};
+use super::model::LineOfSightModel;
+use super::tensor::Tidal;
+
+/// Which model of the line of sight, without its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LineOfSightKind {
+    /// Nothing on the line of sight.
+    None,
+    /// Full model: od, os, ds.
+    Full,
+    /// Minimal model: od, los.
+    Minimal,
+    /// Flexion model.
+    Flexion,
+    /// Flexion-minimal model.
+    FlexionMinimal,
+}
+
+/// Names of the numbers of the full model, tensor by tensor.
+const FULL: [&str; 12] = [
+    "kappa_od",
+    "gamma1_od",
+    "gamma2_od",
+    "omega_od",
+    "kappa_os",
+    "gamma1_os",
+    "gamma2_os",
+    "omega_os",
+    "kappa_ds",
+    "gamma1_ds",
+    "gamma2_ds",
+    "omega_ds",
+];
+const MINIMAL: [&str; 8] =
+    ["kappa_od", "gamma1_od", "gamma2_od", "omega_od", "kappa_los", "gamma1_los", "gamma2_los", "omega_los"];
+const FLEXION: [&str; 26] = [
+    "kappa_od",
+    "gamma1_od",
+    "gamma2_od",
+    "kappa_os",
+    "gamma1_os",
+    "gamma2_os",
+    "omega_os",
+    "kappa_ds",
+    "gamma1_ds",
+    "gamma2_ds",
+    "F1_od",
+    "F2_od",
+    "G1_od",
+    "G2_od",
+    "F1_os",
+    "F2_os",
+    "G1_os",
+    "G2_os",
+    "F1_1ds",
+    "F2_1ds",
+    "G1_1ds",
+    "G2_1ds",
+    "F1_2ds",
+    "F2_2ds",
+    "G1_2ds",
+    "G2_2ds",
+];
+const FLEXION_MINIMAL: [&str; 19] = [
+    "kappa_od",
+    "gamma1_od",
+    "gamma2_od",
+    "kappa_los",
+    "gamma1_los",
+    "gamma2_los",
+    "omega_los",
+    "F1_od",
+    "F2_od",
+    "G1_od",
+    "G2_od",
+    "F1_los",
+    "F2_los",
+    "G1_los",
+    "G2_los",
+    "F1_1los",
+    "F2_1los",
+    "G1_1los",
+    "G2_1los",
+];
+
+impl LineOfSightKind {
+    /// Names of the numbers, lenstronomy's with omega_od and omega_ds beside them, in the order of [`Self::build`].
+    pub fn parameters(self) -> &'static [&'static str] {
+        match self {
+            Self::None => &[],
+            Self::Full => &FULL,
+            Self::Minimal => &MINIMAL,
+            Self::Flexion => &FLEXION,
+            Self::FlexionMinimal => &FLEXION_MINIMAL,
+        }
+    }
+
+    /// The model of the numbers `v`, as many as there are names.
+    pub fn build(self, v: &[f64]) -> LineOfSightModel {
+        let rotating = |i: usize| tidal(v[i], v[i + 1], v[i + 2], v[i + 3]);
+        let still = |i: usize| tidal(v[i], v[i + 1], v[i + 2], 0.0);
+        let flexion =
+            |i: usize| Flexion { f: Complex::new(v[i], v[i + 1]), g: Complex::new(v[i + 2], v[i + 3]) };
+        match self {
+            Self::None => LineOfSightModel::EMPTY,
+            Self::Full => LineOfSightModel::Full { od: rotating(0), os: rotating(4), ds: rotating(8) },
+            Self::Minimal => LineOfSightModel::Minimal { od: rotating(0), los: rotating(4) },
+            Self::Flexion => LineOfSightModel::Flexion(FlexionModel {
+                od: still(0),
+                os: rotating(3),
+                ds: still(7),
+                flexion_od: flexion(10),
+                flexion_os: flexion(14),
+                flexion_1ds: flexion(18),
+                flexion_2ds: flexion(22),
+            }),
+            Self::FlexionMinimal => LineOfSightModel::Flexion(FlexionModel::minimal(
+                still(0),
+                rotating(3),
+                flexion(7),
+                flexion(11),
+                flexion(15),
+            )),
+        }
+    }
+
+    /// For each number of the full or flexion model, the number of this model that it stands for and its sign.
+    pub(super) fn roles(self) -> &'static [(usize, f64)] {
+        /// od, os := los, ds := odᵀ.
+        const MINIMAL_ROLES: [(usize, f64); 12] = [
+            (0, 1.0),
+            (1, 1.0),
+            (2, 1.0),
+            (3, 1.0),
+            (4, 1.0),
+            (5, 1.0),
+            (6, 1.0),
+            (7, 1.0),
+            (0, 1.0),
+            (1, 1.0),
+            (2, 1.0),
+            (3, -1.0),
+        ];
+        /// od, os := los, ds := od, flexions od, os := los, 1ds := 1los, 2ds := od.
+        const FLEXION_MINIMAL_ROLES: [(usize, f64); 26] = [
+            (0, 1.0),
+            (1, 1.0),
+            (2, 1.0),
+            (3, 1.0),
+            (4, 1.0),
+            (5, 1.0),
+            (6, 1.0),
+            (0, 1.0),
+            (1, 1.0),
+            (2, 1.0),
+            (7, 1.0),
+            (8, 1.0),
+            (9, 1.0),
+            (10, 1.0),
+            (11, 1.0),
+            (12, 1.0),
+            (13, 1.0),
+            (14, 1.0),
+            (15, 1.0),
+            (16, 1.0),
+            (17, 1.0),
+            (18, 1.0),
+            (7, 1.0),
+            (8, 1.0),
+            (9, 1.0),
+            (10, 1.0),
+        ];
+        const OWN: [(usize, f64); 26] = own_roles();
+        match self {
+            Self::None => &[],
+            Self::Full => OWN.split_at(12).0,
+            Self::Minimal => &MINIMAL_ROLES,
+            Self::Flexion => &OWN,
+            Self::FlexionMinimal => &FLEXION_MINIMAL_ROLES,
+        }
+    }
+}
+
+/// Every number stands for itself.
+const fn own_roles() -> [(usize, f64); 26] {
+    let mut roles = [(0, 1.0); 26];
+    let mut i = 0;
+    while i < 26 {
+        roles[i].0 = i;
+        i += 1;
+    }
+    roles
+}
+
+fn tidal(kappa: f64, gamma1: f64, gamma2: f64, omega: f64) -> Tidal {
+    Tidal { kappa, gamma: Complex::new(gamma1, gamma2), omega }
+}

@@ -1,0 +1,303 @@
+//! What every number of the line of sight and every parameter of the lenses does to β, eight rays at a time.
+//!
+//! The minimal models are the full ones with numbers that stand for several (os := los, ds := odᵀ; flexion: see
+//! [`LineOfSightKind`]), so there are two equations to differentiate: full and flexion.
+
+use multiversion::multiversion;
+
+use super::flexion::{Flexion, FlexionModel};
+use super::kind::LineOfSightKind;
+use super::model::LineOfSightModel;
+use super::tensor::Tidal;
+use crate::numerics::complex::Cx;
+use crate::numerics::real::Lanes;
+use crate::profile::mass::{MOST_PARAMETERS, MassModel, MassProfile, Response};
+
+type C = Cx<Lanes>;
+
+/// Lenses behind a model of the line of sight, ready to be differentiated by all parameters.
+pub(crate) struct TidalFamily<'a> {
+    kind: LineOfSightKind,
+    equation: Equation,
+    lenses: &'a [MassModel],
+}
+
+enum Equation {
+    Full { od: Tidal, os: Tidal, ds: Tidal },
+    Flexion(FlexionModel),
+}
+
+/// Numbers of the flexion model, the most of all.
+pub(crate) const MOST_NUMBERS: usize = 26;
+
+impl<'a> TidalFamily<'a> {
+    /// The model `kind` with its `numbers`, and the lenses.
+    pub fn new(kind: LineOfSightKind, numbers: &[f64], lenses: &'a [MassModel]) -> Self {
+        let equation = match kind.build(numbers) {
+            LineOfSightModel::Full { od, os, ds } => Equation::Full { od, os, ds },
+            LineOfSightModel::Minimal { od, los } => Equation::Full { od, os: los, ds: od.transposed() },
+            LineOfSightModel::Flexion(model) => Equation::Flexion(model),
+        };
+        Self { kind, equation, lenses }
+    }
+
+    #[inline(always)]
+    fn deflection(&self, at: C) -> C {
+        let mut alpha = C::zero();
+        for lens in self.lenses {
+            alpha += lens.deflection_lanes(at.re, at.im);
+        }
+        alpha
+    }
+
+    /// β of the rays θ.
+    pub fn beta(&self, theta: C) -> C {
+        beta(self, &theta)
+    }
+
+    #[inline(always)]
+    fn beta_here(&self, theta: C) -> C {
+        match &self.equation {
+            Equation::Full { od, os, ds } => act(os, theta) - act(ds, self.deflection(act(od, theta))),
+            Equation::Flexion(model) => {
+                let alpha = self.deflection(theta);
+                theta - model.displacement(theta, alpha, self.deflection(model.at_lens(theta)))
+            }
+        }
+    }
+
+    /// β of the rays θ, and its derivatives by the numbers of the line of sight followed by the parameters of each lens.
+    pub fn respond(&self, theta: C, by_parameter: &mut [C]) -> C {
+        respond(self, &theta, by_parameter)
+    }
+
+    #[inline(always)]
+    fn respond_here(&self, theta: C, by_parameter: &mut [C]) -> C {
+        let numbers = self.kind.parameters().len();
+        let (by_number, by_lens) = by_parameter.split_at_mut(numbers);
+        let mut own = [C::zero(); MOST_NUMBERS];
+        let beta = match &self.equation {
+            Equation::Full { od, os, ds } => {
+                let at = act(od, theta);
+                let lens = self.lens_response(at, by_lens);
+                by_tensor(theta, |i, d| own[i] = -act(ds, lens.along(d)));
+                by_tensor(theta, |i, d| own[4 + i] = d);
+                by_tensor(lens.deflection, |i, d| own[8 + i] = -d);
+                by_lens.iter_mut().for_each(|d| *d = -act(ds, *d));
+                act(os, theta) - act(ds, lens.deflection)
+            }
+            Equation::Flexion(model) => self.respond_flexion(model, theta, &mut own, by_lens),
+        };
+        by_number.fill(C::zero());
+        for (own, &(number, sign)) in own.iter().zip(self.kind.roles()) {
+            by_number[number] += *own * sign;
+        }
+        beta
+    }
+
+    #[inline(always)]
+    fn respond_flexion(
+        &self,
+        model: &FlexionModel,
+        theta: C,
+        own: &mut [C; MOST_NUMBERS],
+        by_lens: &mut [C],
+    ) -> C {
+        let mut at_theta = [C::zero(); MANY_LENSES];
+        let at_theta = &mut at_theta[..by_lens.len()];
+        let lens = self.lens_response(theta, at_theta);
+        let lens_d = self.lens_response(model.at_lens(theta), by_lens);
+        let (alpha, bar) = (lens.deflection, theta.conj());
+        let tidal = |z: C, i: usize, own: &mut dyn FnMut(usize, C)| {
+            by_tensor(z, |k, d| {
+                if k < 3 {
+                    own(i + k, d);
+                }
+            });
+        };
+        tidal(theta, 0, &mut |i, d| own[i] = -lens_d.along(d));
+        by_tensor(theta, |i, d| own[3 + i] = d);
+        tidal(alpha, 7, &mut |i, d| own[i] = -d);
+        by_flexion(theta, |i, d| own[10 + i] = lens_d.along(d));
+        by_flexion(theta, |i, d| own[14 + i] = -d);
+        by_flexion(alpha, |i, d| own[18 + i] = -d);
+        let i = C::splat(0.0, 1.0);
+        let alpha_bar = alpha.conj();
+        own[22] = (theta + bar) * alpha + theta * alpha_bar;
+        own[23] = i * ((bar - theta) * alpha + theta * alpha_bar);
+        own[24] = bar * alpha_bar;
+        own[25] = i * own[24];
+        let (direct, crossed) = model.response_factors(theta);
+        for (d, at_theta) in by_lens.iter_mut().zip(at_theta.iter()) {
+            let a = *at_theta;
+            *d = direct * a + crossed * a.conj() - bend_along(&model.flexion_1ds, alpha, a) - *d;
+        }
+        theta - model.displacement(theta, alpha, lens_d.deflection)
+    }
+
+    /// The lenses' response, with each lens's parameters one after the other in `by_parameter`.
+    #[inline(always)]
+    fn lens_response(&self, at: C, by_parameter: &mut [C]) -> Response<Lanes> {
+        let mut sum = Response { deflection: C::zero(), convergence: Lanes::ZERO, shear: C::zero() };
+        let mut rest = by_parameter;
+        for lens in self.lenses {
+            let (own, after) = rest.split_at_mut(lens.parameters().len());
+            let response = lens.response_lanes(at.re, at.im, own);
+            sum.deflection += response.deflection;
+            sum.convergence += response.convergence;
+            sum.shear += response.shear;
+            rest = after;
+        }
+        sum
+    }
+}
+
+// Compiled once for each instruction set and called once for eight rays.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn beta(family: &TidalFamily, theta: &C) -> C {
+    family.beta_here(*theta)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn respond(family: &TidalFamily, theta: &C, by_parameter: &mut [C]) -> C {
+    family.respond_here(*theta, by_parameter)
+}
+
+/// Room for the parameters of eight lenses.
+pub(crate) const MANY_LENSES: usize = 8 * MOST_PARAMETERS;
+
+/// A·z = (1 − κ − iω)z − γz̄.
+#[inline(always)]
+fn act(tidal: &Tidal, z: C) -> C {
+    C::splat(1.0 - tidal.kappa, -tidal.omega) * z - complex(tidal.gamma) * z.conj()
+}
+
+#[inline(always)]
+fn complex(z: nalgebra::Complex<f64>) -> C {
+    C::splat(z.re, z.im)
+}
+
+/// Derivatives of A·z by κ, γ1, γ2, ω.
+#[inline(always)]
+fn by_tensor(z: C, mut each: impl FnMut(usize, C)) {
+    let i = C::splat(0.0, 1.0);
+    each(0, -z);
+    each(1, -z.conj());
+    each(2, -(i * z.conj()));
+    each(3, -(i * z));
+}
+
+/// Derivatives of q(z; F, G) by F1, F2, G1, G2.
+#[inline(always)]
+fn by_flexion(z: C, mut each: impl FnMut(usize, C)) {
+    let (half_i, bar) = (C::splat(0.0, 0.5), z.conj());
+    let (square, modulus, bar_square) = (z * z, z * bar, bar * bar);
+    each(0, (square + modulus * 2.0) * 0.5);
+    each(1, half_i * (modulus * 2.0 - square));
+    each(2, bar_square * 0.5);
+    each(3, half_i * bar_square);
+}
+
+/// q(z; F, G) = ½(F̄z² + 2F|z|² + Gz̄²).
+#[inline(always)]
+fn bend(flexion: &Flexion, z: C) -> C {
+    let bar = z.conj();
+    let (f, g) = (complex(flexion.f), complex(flexion.g));
+    (f.conj() * z * z + f * z * bar * 2.0 + g * bar * bar) * 0.5
+}
+
+/// Change of q(z; F, G) when z moves by `dz`.
+#[inline(always)]
+fn bend_along(flexion: &Flexion, z: C, dz: C) -> C {
+    let (f, g) = (complex(flexion.f), complex(flexion.g));
+    f.conj() * z * dz + f * (z.conj() * dz + z * dz.conj()) + g * z.conj() * dz.conj()
+}
+
+impl FlexionModel {
+    /// θ_d.
+    #[inline(always)]
+    fn at_lens(&self, theta: C) -> C {
+        theta * (1.0 - self.od.kappa) - complex(self.od.gamma) * theta.conj() - bend(&self.flexion_od, theta)
+    }
+
+    /// The factors of α(θ) and ᾱ(θ): κ_ds + F̄θ + Fθ̄ and γ_ds + Fθ + Gθ̄ of the 2ds flexion.
+    #[inline(always)]
+    fn response_factors(&self, theta: C) -> (C, C) {
+        let (f, g) = (complex(self.flexion_2ds.f), complex(self.flexion_2ds.g));
+        let bar = theta.conj();
+        let direct = C::splat(self.ds.kappa, 0.0) + f.conj() * theta + f * bar;
+        (direct, complex(self.ds.gamma) + f * theta + g * bar)
+    }
+
+    /// θ − β from α(θ) and α(θ_d).
+    #[inline(always)]
+    fn displacement(&self, theta: C, alpha: C, alpha_d: C) -> C {
+        let own = C::splat(self.os.kappa, self.os.omega) * theta
+            + complex(self.os.gamma) * theta.conj()
+            + bend(&self.flexion_os, theta);
+        let (direct, crossed) = self.response_factors(theta);
+        alpha_d + own - direct * alpha - crossed * alpha.conj() + bend(&self.flexion_1ds, alpha)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::mapping::tidal::TidalLens;
+    use crate::mapping::{Mapping, Order};
+    use crate::profile::mass::derivative_checks::derivative;
+    use crate::profile::mass::{Epl, Nfw};
+
+    /// Richardson differences with a step of 1e-3.
+    const DIFFERENCES: f64 = 1e-9;
+
+    fn lenses(p: &[f64]) -> Vec<MassModel> {
+        let epl = Epl::new(p[0], p[1], [p[2], p[3]], [p[4], p[5]]).unwrap();
+        let nfw = Nfw::new(p[6], p[7], [p[10], p[11]]).unwrap();
+        let nfw = nfw.with_elliptical_potential([p[8], p[9]]).unwrap();
+        vec![MassModel::Epl(epl), MassModel::Nfw(nfw)]
+    }
+
+    const LENSES: [f64; 12] = [1.2, 2.2, 0.1, -0.05, 0.02, 0.03, 3.0, 0.3, 0.05, 0.02, -0.1, 0.04];
+
+    proptest! {
+        #[test]
+        fn responses_are_those_of_the_mapping(
+            numbers in prop::collection::vec(-0.05..0.05_f64, 26), x in -2.0..2.0_f64, y in 0.3..2.0_f64,
+        ) {
+            use LineOfSightKind::{Flexion, FlexionMinimal, Full, Minimal, None};
+            for kind in [None, Full, Minimal, Flexion, FlexionMinimal] {
+                let n = kind.parameters().len();
+                let parameters = [&numbers[..n], &LENSES].concat();
+                let beta = |p: &[f64], component: usize| {
+                    let mapping = TidalLens {
+                        model: kind.build(&p[..n]), lenses: lenses(&p[n..]), time_delay_distance_mpc: f64::NAN,
+                    };
+                    mapping.map(&[[x, y]], Order::Position).beta_arcsec[0][component]
+                };
+                let lenses = lenses(&LENSES);
+                let family = TidalFamily::new(kind, &parameters[..n], &lenses);
+                let theta = C::splat(x, y);
+                let mut by = vec![C::zero(); parameters.len()];
+                let got = family.respond(theta, &mut by);
+                prop_assert_eq!(got, family.beta(theta));
+                prop_assert!((got.re.0[3] - beta(&parameters, 0)).abs() < 1e-14);
+                prop_assert!((got.im.0[5] - beta(&parameters, 1)).abs() < 1e-14);
+                for (i, by) in by.iter().enumerate() {
+                    let moved = |v: f64, component| {
+                        let mut p = parameters.clone();
+                        p[i] = v;
+                        beta(&p, component)
+                    };
+                    let wanted = [0, 1].map(|c| derivative(|v| moved(v, c), parameters[i], 1e-3));
+                    for (got, want) in [(by.re.0[0], wanted[0]), (by.im.0[7], wanted[1])] {
+                        prop_assert!((got - want).abs() < DIFFERENCES * (1.0 + want.abs()),
+                            "{kind:?} parameter {i}: {got:e}, differences {want:e}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Numbers that the model kernels are written for: one `f64`, or eight side by side in SIMD registers.
+
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+use super::elementary;
+
+/// Arithmetic and elementary functions of one number or of [`Lanes`]; the bits of a lane are those of the number.
+pub trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + Mul<f64, Output = Self>
+    + Add<f64, Output = Self>
+{
+    /// The same number everywhere.
+    fn splat(value: f64) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Natural logarithm of positive normal numbers.
+    fn ln(self) -> Self;
+    /// Exponential function, clamped to arguments within ±708.
+    fn exp(self) -> Self;
+    /// The larger of the two.
+    fn max(self, least: f64) -> Self;
+    /// `value` where `test` is below `limit`, elsewhere this number.
+    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self;
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+
+    #[inline(always)]
+    fn max(self, least: f64) -> Self {
+        if self > least { self } else { least }
+    }
+
+    #[inline(always)]
+    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
+        if test < limit { value } else { self }
+    }
+}
+
+/// Numbers in [`Lanes`].
+pub const LANES: usize = 8;
+
+/// Eight numbers, one per ray or pixel sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))]
+pub struct Lanes(pub [f64; LANES]);
+
+impl Lanes {
+    /// Zero in every lane.
+    pub const ZERO: Self = Self([0.0; LANES]);
+
+    /// Eight numbers from `values[start..]`; beyond the end the last one again.
+    #[inline(always)]
+    pub fn load(values: &[f64], start: usize) -> Self {
+        match values.get(start..start + LANES) {
+            Some(run) => {
+                let mut lanes = Self::ZERO;
+                lanes.0.copy_from_slice(run);
+                lanes
+            }
+            None => Self(std::array::from_fn(|i| values[(start + i).min(values.len() - 1)])),
+        }
+    }
+
+    /// Eight numbers from `values[start..]`; beyond the end zero.
+    #[inline(always)]
+    pub fn load_or_zero(values: &[f64], start: usize) -> Self {
+        match values.get(start..start + LANES) {
+            Some(run) => {
+                let mut lanes = Self::ZERO;
+                lanes.0.copy_from_slice(run);
+                lanes
+            }
+            None => Self(std::array::from_fn(|i| values.get(start + i).copied().unwrap_or(0.0))),
+        }
+    }
+
+    /// Writes the lanes to `values[start..]`, as many as there is room for.
+    #[inline(always)]
+    pub fn store(self, values: &mut [f64], start: usize) {
+        match values.get_mut(start..start + LANES) {
+            Some(run) => run.copy_from_slice(&self.0),
+            None => values[start..].iter_mut().zip(self.0).for_each(|(out, lane)| *out = lane),
+        }
+    }
+
+    /// Sum over the lanes, in a fixed order.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        let v = self.0;
+        ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]))
+    }
+
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        let mut out = self;
+        for v in &mut out.0 {
+            *v = f(*v);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        let mut out = self;
+        for (a, b) in out.0.iter_mut().zip(other.0) {
+            *a = f(*a, b);
+        }
+        out
+    }
+}
+
+impl Real for Lanes {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.map(elementary::ln)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.map(elementary::exp)
+    }
+
+    #[inline(always)]
+    fn max(self, least: f64) -> Self {
+        self.map(|v| if v > least { v } else { least })
+    }
+
+    #[inline(always)]
+    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
+        self.zip(test, |v, test| if test < limit { value } else { v })
+    }
+}
+
+macro_rules! lanewise {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl $trait for Lanes {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |a, b| a $op b)
+            }
+        }
+    };
+}
+
+lanewise!(Add, add, +);
+lanewise!(Sub, sub, -);
+lanewise!(Mul, mul, *);
+lanewise!(Div, div, /);
+
+impl Mul<f64> for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        self.map(|v| v * factor)
+    }
+}
+
+impl Add<f64> for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, term: f64) -> Self {
+        self.map(|v| v + term)
+    }
+}
+
+impl Neg for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|v| -v)
+    }
+}
+
+impl AddAssign for Lanes {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Lanes {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_have_the_bits_of_single_numbers() {
+        let values: [f64; LANES] = std::array::from_fn(|i| 0.37 + 1.3 * i as f64);
+        let lanes = Lanes(values);
+        let got = ((lanes * lanes + 1.0).ln() - lanes.sqrt()).exp() / lanes;
+        for (v, got) in values.into_iter().zip(got.0) {
+            let want = Real::exp(Real::ln(v * v + 1.0) - v.sqrt()) / v;
+            assert_eq!(got.to_bits(), want.to_bits());
+        }
+    }
+
+    #[test]
+    fn a_short_run_repeats_its_last_number() {
+        assert_eq!(Lanes::load(&[1.0, 2.0], 1).0, [2.0; LANES]);
+        assert_eq!(Lanes::splat(0.5).sum(), 4.0);
+    }
+}

@@ -1,0 +1,278 @@
+//! Simulation-based calibration: systems drawn from a prior, seen with noise, fitted under that same prior.
+//!
+//! If likelihood, sampler and convergence test are right, the rank of the truth among independent draws of its
+//! posterior is uniform for every parameter (Talts et al. 2018, arXiv:1804.06788). The images come from the simulator
+//! of [`crate::imaging`], not from the forward model of the fit.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use nalgebra::Complex;
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use serde::Serialize;
+
+use super::progress::Progress;
+use crate::error::{Error, Result};
+use crate::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
+use crate::inference::model::{CompiledModel, ModelDescription};
+use crate::inference::sampler::SamplerSettings;
+use crate::inference::{Fit, FitSettings, Observation};
+use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+use crate::numerics::random::{Stage, stream};
+use crate::profile::light::Sersic;
+use crate::profile::mass::{Epl, MassModel};
+
+/// The prior, as a model file.
+pub const CALIBRATION_MODEL: &str = include_str!("../../data/models/calibration.toml");
+/// Draws among which the truth is ranked: few enough to be nearly independent in a converged fit.
+pub const RANKED_DRAWS: usize = 99;
+/// Bins of the rank histograms: each holds as many of the ranks 0–99.
+pub const RANK_BINS: usize = 20;
+
+/// Small images, so that hundreds of fits take minutes; noise, gain and sky are those of HST.
+const PIXELS: usize = 17;
+const PIXEL_SCALE_ARCSEC: f64 = 0.2;
+const PSF_FWHM_ARCSEC: f64 = 0.2;
+
+/// One system and its fit; entries follow the parameters of the model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CalibrationFit {
+    /// Parameters the image was made with.
+    pub truths: Vec<f64>,
+    /// Means of the posterior.
+    pub means: Vec<f64>,
+    /// Standard deviations of the posterior.
+    pub standard_deviations: Vec<f64>,
+    /// Number of the [`RANKED_DRAWS`] below the truth.
+    pub ranks: Vec<usize>,
+    /// Whether the 68% interval holds the truth.
+    pub covered: Vec<bool>,
+    /// R-hat and effective sizes in order.
+    pub is_converged: bool,
+    /// Largest R-hat.
+    pub worst_r_hat: f64,
+    /// Smallest effective number of draws.
+    pub worst_ess: f64,
+    /// Divergent trajectories.
+    pub divergences: usize,
+}
+
+/// What all fits say of one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterCalibration {
+    /// `gamma1_los`, `lens.theta_E`, ….
+    pub name: String,
+    /// Number of ranks in each of [`RANK_BINS`] equal bins.
+    pub rank_counts: Vec<usize>,
+    /// χ² of these counts against equal ones.
+    pub chi2: f64,
+    /// Probability of a larger χ² for uniform ranks.
+    pub p_value: f64,
+    /// Fraction of the 68% intervals that hold the truth.
+    pub coverage: f64,
+    /// Mean of (posterior mean − truth)/standard deviation.
+    pub mean_pull: f64,
+    /// Median of the posterior's standard deviation, in the parameter's unit.
+    pub median_standard_deviation: f64,
+}
+
+/// Draws `number` systems and fits them from a blind start; the same for any number of threads.
+///
+/// # Errors
+/// Settings of the sampler out of their domain; images whose fit finds no start.
+pub fn calibrate(
+    number: usize,
+    seed: u64,
+    sampler: SamplerSettings,
+    progress: &dyn Progress,
+) -> Result<(CompiledModel, Vec<CalibrationFit>)> {
+    let description = ModelDescription::parse(CALIBRATION_MODEL)
+        .map_err(|e| Error::out_of_range("the calibration model", "malformed", &e.to_string()))?;
+    let model = CompiledModel::new(&description)?;
+    let settings = FitSettings {
+        likelihood: description.likelihood,
+        pixel_sampling: PixelSampling::Point,
+        sampler,
+        seed,
+    };
+    progress.begin("fits", Some(number as u64));
+    let fits = one_core_each(number as u64, |i| {
+        let (truths, observation, seed) = system(&model, seed, i)?;
+        let fit = Fit::run(observation, model.clone(), FitSettings { seed, ..settings }, None, |_| Ok(()))?;
+        progress.advance(1);
+        compare(&fit, truths)
+    });
+    progress.end();
+    Ok((model, fits?))
+}
+
+/// `work(0..number)` in order, each on one core: whole fits share the cores better than the chains of one.
+fn one_core_each<T: Send>(number: u64, work: impl Fn(u64) -> Result<T> + Sync) -> Result<Vec<T>> {
+    let next = AtomicU64::new(0);
+    let worker = || -> Result<Vec<(u64, T)>> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let pool =
+            pool.map_err(|e| Error::out_of_range("number of threads", 1, &format!("possible here ({e})")))?;
+        let mut done = Vec::new();
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= number {
+                return Ok(done);
+            }
+            done.push((i, pool.install(|| work(i))?));
+        }
+    };
+    let parts: Vec<Result<Vec<(u64, T)>>> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(worker)).collect();
+        let join = |worker: std::thread::ScopedJoinHandle<_>| {
+            worker.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
+        };
+        workers.into_iter().map(join).collect()
+    });
+    let mut all: Vec<(u64, T)> =
+        parts.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
+    all.sort_by_key(|(i, _)| *i);
+    Ok(all.into_iter().map(|(_, result)| result).collect())
+}
+
+/// Parameters from the prior, the image with its noise, and a seed for the fit.
+fn system(model: &CompiledModel, seed: u64, number: u64) -> Result<(Vec<f64>, Observation, u64)> {
+    let mut rng = stream(seed, number, Stage::LensAndSource, 0);
+    let latent: Vec<f64> = model.free.iter().map(|_| StandardNormal.sample(&mut rng)).collect();
+    let (truths, _) = model.at_latent(&latent);
+    let [mean, sd] = model.amplitude_priors[0];
+    let amplitude: f64 = mean + sd * rng.sample::<f64, _>(StandardNormal);
+    let of = |name: &str| {
+        let missing = || Error::out_of_range(name, "missing", "a parameter of the calibration model");
+        model.value_of(name, &truths).ok_or_else(missing)
+    };
+    let pair = |a: &str, b: &str| -> Result<[f64; 2]> { Ok([of(a)?, of(b)?]) };
+    let tidal = |gamma1: &str, gamma2: &str, omega: f64| -> Result<Tidal> {
+        Ok(Tidal { kappa: 0.0, gamma: Complex::new(of(gamma1)?, of(gamma2)?), omega })
+    };
+    let od = tidal("gamma1_od", "gamma2_od", 0.0)?;
+    let los = tidal("gamma1_los", "gamma2_los", of("omega_los")?)?;
+    let centre = pair("lens.center_x", "lens.center_y")?;
+    let lens = Epl::new(of("lens.theta_E")?, of("lens.gamma")?, pair("lens.e1", "lens.e2")?, centre)?;
+    let mapping = TidalLens {
+        model: LineOfSightModel::Minimal { od, los },
+        lenses: vec![MassModel::Epl(lens)],
+        time_delay_distance_mpc: f64::NAN,
+    };
+    let (radius, index) = (of("source.R_sersic")?, of("source.n_sersic")?);
+    let (shape, place) = (pair("source.e1", "source.e2")?, pair("source.center_x", "source.center_y")?);
+    let unit = Sersic::with_flux(1.0, radius, index, shape, place)?;
+    let source = Sersic::with_flux(amplitude / unit.amplitude(), radius, index, shape, place)?;
+    let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
+    let camera = Instrument {
+        pixel_scale_arcsec: PIXEL_SCALE_ARCSEC,
+        psf_fwhm_arcsec: PSF_FWHM_ARCSEC,
+        ..Instrument::default()
+    };
+    let grid = SkyGrid::new(PIXELS, camera.pixel_scale_arcsec)?;
+    let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
+    let noise = (seed, number, Stage::NoiseImage);
+    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise);
+    let observation = Observation {
+        grid,
+        used: vec![true; PIXELS * PIXELS],
+        data_e_s: exposure.noisy_e_s,
+        background_rms_e_s: camera.background_rms_e_s(),
+        exposure_s: camera.exposure_s,
+        psf,
+    };
+    Ok((truths, observation, rng.random()))
+}
+
+fn compare(fit: &Fit, truths: Vec<f64>) -> Result<CalibrationFit> {
+    let parameters = &fit.parameters[..truths.len()];
+    let rank = |(name, truth): (&str, &f64)| {
+        let draws = fit.draws_of(name).unwrap_or_default().concat();
+        // The middles of as many equal parts of all chains one after the other.
+        let at = |i: usize| draws[(2 * i + 1) * draws.len() / (2 * RANKED_DRAWS)];
+        (0..RANKED_DRAWS).filter(|i| at(*i) < *truth).count()
+    };
+    let pairs = || parameters.iter().zip(&truths);
+    Ok(CalibrationFit {
+        means: parameters.iter().map(|p| p.mean).collect(),
+        standard_deviations: parameters.iter().map(|p| p.standard_deviation).collect(),
+        ranks: pairs().map(|(p, truth)| rank((&p.name, truth))).collect(),
+        covered: pairs().map(|(p, truth)| (p.hpd68_low..=p.hpd68_high).contains(truth)).collect(),
+        is_converged: fit.progress.is_converged,
+        worst_r_hat: fit.progress.worst.r_hat,
+        worst_ess: fit.progress.worst.ess_bulk.min(fit.progress.worst.ess_tail),
+        divergences: fit.progress.divergences,
+        truths,
+    })
+}
+
+/// Rank histogram, its χ² and the coverage of every parameter.
+pub fn calibration_of(names: &[String], fits: &[CalibrationFit]) -> Vec<ParameterCalibration> {
+    let number = fits.len() as f64;
+    let of = |(i, name): (usize, &String)| {
+        let mut rank_counts = vec![0; RANK_BINS];
+        for fit in fits {
+            rank_counts[fit.ranks[i] * RANK_BINS / (RANKED_DRAWS + 1)] += 1;
+        }
+        let expected = number / RANK_BINS as f64;
+        let chi2: f64 = rank_counts.iter().map(|n| (*n as f64 - expected).powi(2) / expected).sum();
+        let pull = |fit: &CalibrationFit| (fit.means[i] - fit.truths[i]) / fit.standard_deviations[i];
+        let mut widths: Vec<f64> = fits.iter().map(|fit| fit.standard_deviations[i]).collect();
+        widths.sort_by(f64::total_cmp);
+        ParameterCalibration {
+            name: name.clone(),
+            rank_counts,
+            chi2,
+            p_value: statrs::function::gamma::gamma_ur(0.5 * (RANK_BINS - 1) as f64, 0.5 * chi2),
+            coverage: fits.iter().filter(|fit| fit.covered[i]).count() as f64 / number,
+            mean_pull: fits.iter().map(pull).sum::<f64>() / number,
+            median_standard_deviation: widths.get(fits.len() / 2).copied().unwrap_or(f64::NAN),
+        }
+    };
+    names.iter().enumerate().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fit(rank: usize) -> CalibrationFit {
+        CalibrationFit {
+            truths: vec![0.0],
+            means: vec![1.0],
+            standard_deviations: vec![2.0],
+            ranks: vec![rank],
+            covered: vec![rank.is_multiple_of(2)],
+            is_converged: true,
+            worst_r_hat: 1.0,
+            worst_ess: 500.0,
+            divergences: 0,
+        }
+    }
+
+    #[test]
+    fn uniform_ranks_pass_and_others_do_not() {
+        let of = |ranks: &[usize]| {
+            let fits: Vec<CalibrationFit> = ranks.iter().map(|rank| fit(*rank)).collect();
+            calibration_of(&["x".into()], &fits).remove(0)
+        };
+        let uniform = of(&(0..200).map(|i| i % 100).collect::<Vec<_>>());
+        assert_eq!((uniform.chi2, uniform.p_value, uniform.coverage), (0.0, 1.0, 0.5));
+        assert_eq!(uniform.mean_pull, 0.5);
+        // 30 of 200 in the lowest bin in place of 10: χ² = 50.0 with 19 degrees of freedom (scipy's chi2.sf).
+        let low = of(&(0..200).map(|i| if i < 30 { 0 } else { 5 + i % 95 }).collect::<Vec<_>>());
+        assert!((low.p_value - 1.310612e-04).abs() < 1e-8, "{low:?}");
+        assert!(of(&[99; 200]).p_value < 1e-100);
+    }
+
+    #[test]
+    fn systems_are_those_of_the_prior() {
+        let model = CompiledModel::new(&ModelDescription::parse(CALIBRATION_MODEL).unwrap()).unwrap();
+        let systems: Vec<_> = (0..100).map(|i| system(&model, 1, i).unwrap()).collect();
+        let radii: Vec<f64> =
+            systems.iter().map(|(truths, ..)| model.value_of("lens.theta_E", truths).unwrap()).collect();
+        let mean = radii.iter().sum::<f64>() / 100.0;
+        assert!((mean - 1.2).abs() < 4.0 * 0.05 / 10.0, "{mean}");
+        assert!(systems[0].2 != systems[1].2 && systems[0].1.data_e_s != systems[1].1.data_e_s);
+    }
+}

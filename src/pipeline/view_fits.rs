@@ -1,0 +1,113 @@
+//! Section 4's fits: the images of a run, each fitted with tidal models of its line of sight.
+
+use std::time::Instant;
+
+use super::simulate::Simulation;
+use super::view::View;
+use crate::error::Result;
+use crate::imaging::Psf;
+use crate::inference::model::{CompiledModel, LightDescription, ModelDescription, ParameterRule};
+use crate::inference::sampler::SamplerSettings;
+use crate::inference::{Fit, FitSettings, FitStage, Observation, Prior};
+
+/// One image of a run fitted with one model.
+#[derive(Debug, Clone)]
+pub struct ViewFit {
+    /// `all_haloes` or `tidal_haloes`.
+    pub image: &'static str,
+    /// Name of the model.
+    pub model: String,
+    /// The model in full.
+    pub description: ModelDescription,
+    /// The posterior.
+    pub fit: Fit,
+    /// Seconds the fit took.
+    pub seconds: f64,
+    /// Shears and rotation that the haloes have on the axis, by parameter name.
+    pub expected: Vec<(String, f64)>,
+}
+
+/// Fits both images of `run` with each of the named built-in models; pixels are integrated as they were simulated.
+///
+/// # Errors
+/// A model that is not built in, and those of `watch`.
+pub fn fit_views(
+    run: &Simulation,
+    psf: &Psf,
+    models: &[String],
+    mut watch: impl FnMut(&str, &str, FitStage) -> Result<()>,
+) -> Result<Vec<ViewFit>> {
+    let mut fits = Vec::new();
+    for (image, view) in [("all_haloes", &run.all), ("tidal_haloes", &run.tidal)] {
+        for name in models {
+            let mut description = ModelDescription::built_in(name)?;
+            description.pixel_sampling = Some(run.config.image.pixel_sampling);
+            if run.config.lens_light.is_some() && description.lens_light.is_empty() {
+                description.lens_light.push(lens_light());
+            }
+            let settings = FitSettings {
+                likelihood: description.likelihood,
+                pixel_sampling: run.config.image.pixel_sampling,
+                sampler: SamplerSettings::default(),
+                seed: run.config.seed,
+            };
+            let model = CompiledModel::new(&description)?;
+            let start = Instant::now();
+            let fit = Fit::run(observation(run, view, psf), model, settings, None, |stage| {
+                watch(image, name, stage)
+            })?;
+            let seconds = start.elapsed().as_secs_f64();
+            fits.push(ViewFit {
+                image,
+                model: name.clone(),
+                description,
+                fit,
+                seconds,
+                expected: expected(view),
+            });
+        }
+    }
+    Ok(fits)
+}
+
+fn observation(run: &Simulation, view: &View, psf: &Psf) -> Observation {
+    let instrument = &run.config.instrument;
+    Observation {
+        grid: view.exposure.grid,
+        data_e_s: view.exposure.noisy_e_s.clone(),
+        used: vec![true; view.exposure.noisy_e_s.len()],
+        background_rms_e_s: instrument.background_rms_e_s(),
+        exposure_s: instrument.exposure_s,
+        psf: psf.clone(),
+    }
+}
+
+/// Light of the lens galaxy as wide priors allow, on the axis, where a run puts it.
+fn lens_light() -> LightDescription {
+    let free = |low, high| ParameterRule::Free(Prior::uniform(low, high));
+    let rules = [
+        ("R_sersic", free(0.001, 10.0)),
+        ("n_sersic", free(0.5, 10.0)),
+        ("e1", free(-0.5, 0.5)),
+        ("e2", free(-0.5, 0.5)),
+    ];
+    LightDescription {
+        profile: "SERSIC_ELLIPSE".into(),
+        amplitude: None,
+        parameters: rules.into_iter().map(|(name, rule)| (name.to_string(), rule)).collect(),
+    }
+}
+
+/// What the tensors of the axis ray have for the shears of the fit.
+fn expected(view: &View) -> Vec<(String, f64)> {
+    let (od, los) = (&view.effective.od.tidal, &view.effective.los);
+    [
+        ("gamma1_od", od.gamma.re),
+        ("gamma2_od", od.gamma.im),
+        ("gamma1_los", los.gamma.re),
+        ("gamma2_los", los.gamma.im),
+        ("omega_los", los.omega),
+    ]
+    .map(|(name, value)| (name.to_string(), value))
+    .to_vec()
+}

@@ -1,0 +1,236 @@
+//! Smoothed densities of draws for display: curves of one quantity, contours of two.
+//!
+//! Gaussian kernels with the widths of Scott (1992, Multivariate Density Estimation), in two dimensions with
+//! the shape of the draws' covariance, so that a narrow ridge stays narrow. Draws near an end are mirrored at
+//! it: a density that is cut off keeps its height there, and one that fades out is not changed.
+
+use super::contour::Field;
+
+/// Nodes of a curve.
+const CURVE_NODES: usize = 256;
+/// Nodes of an axis of a field, and of the grid on which the draws are smoothed.
+const FIELD_NODES: usize = 128;
+/// A kernel is cut here, in its widths.
+const KERNEL_REACH: f64 = 4.0;
+/// Kernels in units of Scott's width: draws of a chain tell less than independent ones, and ragged contours
+/// nothing.
+const WIDENING: f64 = 1.2;
+
+/// Abscissae and density of one quantity, its peak 1; `None` for fewer than two different values.
+pub(super) fn curve(draws: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let finite: Vec<f64> = draws.iter().copied().filter(|value| value.is_finite()).collect();
+    let spread = Spread::of(&finite)?;
+    let step = (spread.high - spread.low) / CURVE_NODES as f64;
+    let mut density = vec![0.0; CURVE_NODES];
+    for value in &finite {
+        density[(((value - spread.low) / step) as usize).min(CURVE_NODES - 1)] += 1.0;
+    }
+    let width = WIDENING * spread.deviation * (finite.len() as f64).powf(-0.2);
+    let density = smoothed(&density, width / step);
+    let peak = density.iter().copied().fold(0.0, f64::max);
+    let x = (0..CURVE_NODES).map(|i| spread.low + (i as f64 + 0.5) * step);
+    Some((x.collect(), density.into_iter().map(|value| value / peak).collect()))
+}
+
+/// The density of two quantities and the levels that enclose the given fractions of it.
+pub(super) fn field(x: &[f64], y: &[f64], fractions: &[f64]) -> Option<(Field, Vec<f64>)> {
+    let pairs = x.iter().zip(y).map(|(x, y)| (*x, *y)).filter(|(x, y)| x.is_finite() && y.is_finite());
+    let (x, y): (Vec<f64>, Vec<f64>) = pairs.unzip();
+    let (along_x, along_y) = (Spread::of(&x)?, Spread::of(&y)?);
+    let product: f64 = x.iter().zip(&y).map(|(x, y)| along_x.unit(*x) * along_y.unit(*y)).sum();
+    let correlation = (product / x.len() as f64).clamp(-0.9999, 0.9999);
+    let rest = (1.0 - correlation * correlation).sqrt();
+    let white = |x: f64, y: f64| {
+        let u = along_x.unit(x);
+        (u, (along_y.unit(y) - correlation * u) / rest)
+    };
+    // Round coordinates u, v: a grid wide enough for all draws and their mirror images.
+    let width = WIDENING * (x.len() as f64).powf(-1.0 / 6.0);
+    let reach = KERNEL_REACH * width;
+    let furthest = x
+        .iter()
+        .zip(&y)
+        .map(|(x, y)| white(*x, *y))
+        .fold(0.0_f64, |far, (u, v)| far.max(u.abs()).max(v.abs()));
+    let half = furthest + reach;
+    let step = 2.0 * half / FIELD_NODES as f64;
+    let mut counts = vec![0.0; FIELD_NODES * FIELD_NODES];
+    let mut count = |x: f64, y: f64| {
+        let (u, v) = white(x, y);
+        let (i, j) = (((u + half) / step).floor(), ((v + half) / step).floor());
+        let is_inside = |k: f64| k >= 0.0 && k < FIELD_NODES as f64;
+        if is_inside(i) && is_inside(j) {
+            counts[j as usize * FIELD_NODES + i as usize] += 1.0;
+        }
+    };
+    // Mirrored along the ridge, so that a ridge runs straight on behind the end.
+    let slope = correlation * along_y.deviation / along_x.deviation;
+    let inverse_slope = correlation * along_x.deviation / along_y.deviation;
+    for (&x, &y) in x.iter().zip(&y) {
+        for image_x in along_x.with_mirror_images(x, reach) {
+            let y = y + slope * (image_x - x);
+            for image_y in along_y.with_mirror_images(y, reach) {
+                count(image_x + inverse_slope * (image_y - y), image_y);
+            }
+        }
+    }
+    let density = smoothed_in_two_dimensions(&counts, width / step);
+    let axis = |spread: &Spread| -> Vec<f64> {
+        let node = |i: usize| spread.low + (spread.high - spread.low) * i as f64 / (FIELD_NODES - 1) as f64;
+        (0..FIELD_NODES).map(node).collect()
+    };
+    let (x, y) = (axis(&along_x), axis(&along_y));
+    let at = |(x, y): (f64, f64)| {
+        let (u, v) = white(x, y);
+        interpolated(&density, (u + half) / step - 0.5, (v + half) / step - 0.5)
+    };
+    let nodes = y.iter().flat_map(|&y| x.iter().map(move |&x| (x, y)));
+    let values: Vec<f64> = nodes.map(at).collect();
+    let levels = fractions.iter().map(|fraction| enclosing_level(&values, *fraction)).collect();
+    Some((Field { x, y, values }, levels))
+}
+
+/// The level above which that fraction of the sum lies.
+fn enclosing_level(values: &[f64], fraction: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+    let wanted = fraction * sorted.iter().sum::<f64>();
+    let mut sum = 0.0;
+    let reached = sorted.iter().find(|value| {
+        sum += **value;
+        sum >= wanted
+    });
+    reached.copied().unwrap_or(0.0)
+}
+
+/// Ends, mean and deviation of values that differ.
+struct Spread {
+    low: f64,
+    high: f64,
+    mean: f64,
+    deviation: f64,
+}
+
+impl Spread {
+    fn of(values: &[f64]) -> Option<Self> {
+        let count = values.len() as f64;
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mean = values.iter().sum::<f64>() / count;
+        let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+        (deviation > 0.0 && (high - low).is_finite()).then_some(Self { low, high, mean, deviation })
+    }
+
+    fn unit(&self, value: f64) -> f64 {
+        (value - self.mean) / self.deviation
+    }
+
+    /// The value, and its images behind ends that a kernel of that reach (in deviations) crosses.
+    fn with_mirror_images(&self, value: f64, reach: f64) -> impl Iterator<Item = f64> {
+        let reach = reach * self.deviation;
+        let below = (0.0..reach).contains(&(value - self.low)).then_some(2.0 * self.low - value);
+        let above = (0.0..reach).contains(&(self.high - value)).then_some(2.0 * self.high - value);
+        [Some(value), below, above].into_iter().flatten()
+    }
+}
+
+/// A Gaussian kernel of that width in cells, cut at its reach and normalised.
+fn kernel(width: f64) -> Vec<f64> {
+    let reach = (KERNEL_REACH * width).ceil() as usize;
+    let weight = |k: usize| (-0.5 * ((k as f64 - reach as f64) / width.max(1e-3)).powi(2)).exp();
+    let weights: Vec<f64> = (0..=2 * reach).map(weight).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.into_iter().map(|weight| weight / sum).collect()
+}
+
+/// Convolved with a Gaussian; the cells beyond an end are the mirror image of those before it.
+fn smoothed(cells: &[f64], width: f64) -> Vec<f64> {
+    let kernel = kernel(width);
+    let (reach, period) = (kernel.len() / 2, 2 * cells.len());
+    let mirrored = |k: usize| {
+        let k = k % period;
+        cells[if k < cells.len() { k } else { period - 1 - k }]
+    };
+    // Any shift by whole periods keeps the index from being negative.
+    let shift = period * (reach / period + 1) - reach;
+    (0..cells.len())
+        .map(|i| kernel.iter().enumerate().map(|(k, weight)| weight * mirrored(i + k + shift)).sum())
+        .collect()
+}
+
+fn smoothed_in_two_dimensions(cells: &[f64], width: f64) -> Vec<f64> {
+    let rows = |cells: &[f64]| -> Vec<f64> {
+        cells.chunks_exact(FIELD_NODES).flat_map(|row| smoothed(row, width)).collect()
+    };
+    transposed(&rows(&transposed(&rows(cells))))
+}
+
+fn transposed(cells: &[f64]) -> Vec<f64> {
+    let at = |k: usize| cells[(k % FIELD_NODES) * FIELD_NODES + k / FIELD_NODES];
+    (0..FIELD_NODES * FIELD_NODES).map(at).collect()
+}
+
+/// Bilinear between cells; zero outside.
+fn interpolated(cells: &[f64], i: f64, j: f64) -> f64 {
+    let (left, below) = (i.floor(), j.floor());
+    let last = (FIELD_NODES - 2) as f64;
+    if !(0.0..=last).contains(&left) || !(0.0..=last).contains(&below) {
+        return 0.0;
+    }
+    let (s, t) = (i - left, j - below);
+    let at = |di: usize, dj: usize| cells[(below as usize + dj) * FIELD_NODES + left as usize + di];
+    (1.0 - t) * ((1.0 - s) * at(0, 0) + s * at(1, 0)) + t * ((1.0 - s) * at(0, 1) + s * at(1, 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::random::{Stage, stream};
+    use rand::RngExt;
+    use rand_distr::{Distribution, StandardNormal};
+
+    fn normal(count: usize) -> (Vec<f64>, Vec<f64>) {
+        let mut rng = stream(1, 0, Stage::Sampling, 0);
+        (0..count)
+            .map(|_| {
+                let (a, b): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));
+                (a, 0.95 * a + 0.1 * b)
+            })
+            .unzip()
+    }
+
+    #[test]
+    fn contours_enclose_their_fraction_of_the_draws() {
+        let (x, y) = normal(20_000);
+        let (field, levels) = field(&x, &y, &[0.68, 0.95]).unwrap();
+        for (level, fraction) in levels.iter().zip([0.68, 0.95]) {
+            let step = |axis: &[f64]| (axis[1] - axis[0], axis[0]);
+            let ((dx, x0), (dy, y0)) = (step(&field.x), step(&field.y));
+            let inside = x.iter().zip(&y).filter(|(x, y)| {
+                let (i, j) = (((*x - x0) / dx).round() as usize, ((*y - y0) / dy).round() as usize);
+                field.values[j * FIELD_NODES + i] > *level
+            });
+            let share = inside.count() as f64 / x.len() as f64;
+            assert!((share - fraction).abs() < 0.025, "{share} in the contour of {fraction}");
+        }
+        assert!(levels[0] > levels[1]);
+    }
+
+    #[test]
+    fn a_density_keeps_its_height_at_a_cut() {
+        let mut rng = stream(2, 0, Stage::Sampling, 0);
+        let uniform: Vec<f64> = (0..50_000).map(|_| rng.random::<f64>()).collect();
+        let (_, density) = curve(&uniform).unwrap();
+        assert!(density[0] > 0.9 && density[CURVE_NODES - 1] > 0.9, "{} {}", density[0], density[255]);
+        let other: Vec<f64> = (0..50_000).map(|_| rng.random::<f64>()).collect();
+        let (field, _) = field(&uniform, &other, &[0.68]).unwrap();
+        let centre = field.values[FIELD_NODES * FIELD_NODES / 2 + FIELD_NODES / 2];
+        assert!(field.values[0] / centre > 0.7, "{}", field.values[0] / centre);
+    }
+
+    #[test]
+    fn what_does_not_vary_has_no_density() {
+        assert!(curve(&[1.0; 10]).is_none() && curve(&[]).is_none() && curve(&[f64::NAN, 1.0]).is_none());
+        assert!(field(&[1.0, 2.0], &[3.0, 3.0], &[0.68]).is_none());
+    }
+}

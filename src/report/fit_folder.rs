@@ -1,0 +1,272 @@
+//! The folder of a fit: `summary.json`, `posterior.nc`, `model.toml` and figures.
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::inference::{Fit, ParameterSummary};
+use crate::io::{PosteriorVariable, Provenance, Staging, write_posterior};
+use crate::plot::Figure;
+use crate::plot::figures::{
+    CornerData, CornerParameter, CornerPosterior, GridData, ReconstructionData, TraceParameter, corner,
+    reconstruction, source_plane, trace_plot,
+};
+use crate::profile::light::{LightProfile, Sersic};
+
+/// What `summary.json` holds.
+#[derive(Debug, Clone, Serialize)]
+pub struct FitSummary {
+    /// Name of the model.
+    pub model: String,
+    /// Name of the sampler.
+    pub sampler: String,
+    /// Seed.
+    pub seed: u64,
+    /// True if R-hat < 1.01 and ESS > 400 for every quantity.
+    pub converged: bool,
+    /// Largest R-hat of all quantities.
+    pub worst_r_hat: f64,
+    /// Smallest effective number of draws of all quantities.
+    pub worst_ess: f64,
+    /// Divergent trajectories among the draws.
+    pub divergences: usize,
+    /// χ² per degree of freedom of the best fit.
+    pub chi2_reduced: f64,
+    /// ln L of the best fit.
+    pub log_likelihood: f64,
+    /// ln Z and its standard deviation, of nested sampling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub log_evidence: Option<f64>,
+    /// Standard deviation of ln Z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub log_evidence_error: Option<f64>,
+    /// Evaluations of the likelihood or its gradient, start included.
+    pub evaluations: u64,
+    /// Seconds the fit took; the only number that differs from run to run.
+    pub seconds: f64,
+    /// Samples of the surface brightness that stand for the pixels.
+    pub samples_of_brightness: usize,
+    /// Name and value of every light's amplitude at the best fit, e⁻/s per arcsec² at R_sersic.
+    pub amplitudes: std::collections::BTreeMap<String, f64>,
+    /// One entry a fitted or derived quantity.
+    pub parameters: Vec<ParameterSummary>,
+}
+
+impl FitSummary {
+    /// Reads the numbers off a fit.
+    pub fn of(fit: &Fit, model: &str, seconds: f64) -> Self {
+        let worst = fit.progress.worst;
+        let names = fit.likelihood.model.amplitude_names();
+        Self {
+            model: model.into(),
+            sampler: fit.settings.sampler.name().into(),
+            seed: fit.settings.seed,
+            converged: fit.progress.is_converged,
+            worst_r_hat: worst.r_hat,
+            worst_ess: worst.ess_bulk.min(worst.ess_tail),
+            divergences: fit.progress.divergences,
+            chi2_reduced: fit.chi2_reduced(),
+            log_likelihood: fit.image.log_likelihood,
+            log_evidence: fit.evidence.as_ref().map(|e| e.log_evidence),
+            log_evidence_error: fit.evidence.as_ref().map(|e| e.log_evidence_error),
+            evaluations: fit.evaluations,
+            seconds,
+            samples_of_brightness: fit.likelihood.mesh.samples(),
+            amplitudes: names.into_iter().zip(fit.image.amplitudes.iter().copied()).collect(),
+            parameters: fit.parameters.clone(),
+        }
+    }
+}
+
+/// Stages every file of a fit under `prefix` (empty, or a folder ending in `/`).
+///
+/// # Errors
+/// [`Error::Write`] when the disk is full.
+pub fn write_fit(
+    fit: &Fit,
+    summary: &FitSummary,
+    truths: &[(String, f64)],
+    staging: &Staging,
+    prefix: &str,
+    provenance: &Provenance,
+) -> Result<()> {
+    let text = |name: &str, text: String| {
+        staging.write(format!("{prefix}{name}"), |path| {
+            std::fs::write(path, &text).map_err(|e| Error::write(path, e))
+        })
+    };
+    let json = serde_json::to_string_pretty(summary);
+    text("summary.json", json.map_err(|e| Error::write(&staging.path("summary.json"), e))? + "\n")?;
+    text("model.toml", provenance.config_toml.clone())?;
+    let variables: Vec<PosteriorVariable> = fit
+        .parameters
+        .iter()
+        .filter_map(|p| {
+            let draws = fit.draws_of(&p.name)?;
+            Some(PosteriorVariable {
+                name: p.name.clone(),
+                unit: p.unit.into(),
+                label: label_of(&p.name),
+                draws,
+            })
+        })
+        .collect();
+    let attributes = [("converged", i64::from(summary.converged).into())];
+    staging.write(format!("{prefix}posterior.nc"), |path| {
+        write_posterior(path, provenance, &variables, &fit.chains, &attributes)
+    })?;
+    let figure = |name: &str, figure: Figure| {
+        staging.write(format!("{prefix}{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
+    };
+    figure("reconstruction", reconstruction_figure(fit))?;
+    if let Some(source) = source_figure(fit) {
+        figure("source", source)?;
+    }
+    let names: Vec<&str> = fit.parameters.iter().map(|p| p.name.as_str()).collect();
+    figure("corner", corner_figure(&[("", fit)], &names, truths))?;
+    let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
+    if shears.len() > 1 {
+        figure("corner_shear", corner_figure(&[("", fit)], &shears, truths))?;
+    }
+    figure("trace", trace_figure(fit, truths))
+}
+
+/// Corner plot of the named quantities of one or more fits, each with its name in the legend.
+pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[(String, f64)]) -> Figure {
+    let labels: Vec<String> = names.iter().map(|name| label_of(name)).collect();
+    let unit = |name: &str| {
+        let mut all = fits.iter().flat_map(|(_, fit)| &fit.parameters);
+        all.find(|p| p.name == name).map_or("", |p| p.unit)
+    };
+    let parameters: Vec<CornerParameter> = names
+        .iter()
+        .zip(&labels)
+        .map(|(name, label)| CornerParameter { label, unit: unit(name), truth: truth_of(truths, name) })
+        .collect();
+    let draws: Vec<Vec<Vec<f64>>> = fits
+        .iter()
+        .map(|(_, fit)| names.iter().map(|n| fit.draws_of(n).unwrap_or_default().concat()).collect())
+        .collect();
+    let posteriors: Vec<CornerPosterior> = fits
+        .iter()
+        .zip(&draws)
+        .map(|((legend, _), draws)| CornerPosterior {
+            legend,
+            draws: draws.iter().map(Vec::as_slice).collect(),
+        })
+        .collect();
+    corner(&CornerData { parameters: &parameters, posteriors: &posteriors })
+}
+
+/// Draws of every chain, parameter by parameter.
+fn trace_figure(fit: &Fit, truths: &[(String, f64)]) -> Figure {
+    let labels: Vec<String> = fit.parameters.iter().map(|p| label_of(&p.name)).collect();
+    let draws: Vec<Vec<Vec<f64>>> =
+        fit.parameters.iter().map(|p| fit.draws_of(&p.name).unwrap_or_default()).collect();
+    let parameters: Vec<TraceParameter> = fit
+        .parameters
+        .iter()
+        .zip(labels.iter().zip(&draws))
+        .map(|(p, (label, draws))| TraceParameter {
+            label,
+            chains: draws.iter().map(Vec::as_slice).collect(),
+            truth: truth_of(truths, &p.name),
+        })
+        .collect();
+    trace_plot(&parameters)
+}
+
+fn truth_of(truths: &[(String, f64)], name: &str) -> Option<f64> {
+    truths.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
+}
+
+/// Data, model and residual of a fit.
+pub fn reconstruction_figure(fit: &Fit) -> Figure {
+    let observation = &fit.likelihood.observation;
+    let (n, h) = (observation.grid.pixels(), observation.grid.half_width_arcsec());
+    let grid = |values: &[f64]| -> Vec<f64> { values.to_vec() };
+    let masked = observation.data_e_s.iter().zip(&observation.used);
+    let data: Vec<f64> = masked.map(|(d, used)| if *used { *d } else { f64::NAN }).collect();
+    let (model, residual) = (grid(&fit.image.model_e_s), fit.normalised_residuals());
+    fn on(values: &[f64], n: usize, h: f64) -> GridData<'_> {
+        GridData { values, nx: n, ny: n, extent_arcsec: [-h, h, -h, h] }
+    }
+    reconstruction(&ReconstructionData {
+        data: on(&data, n, h),
+        model: on(&model, n, h),
+        residual: on(&residual, n, h),
+        background_rms_e_per_s: observation.background_rms_e_s,
+        chi2_reduced: fit.chi2_reduced(),
+    })
+}
+
+/// The first source of the best fit in its plane, out to four of its radii.
+fn source_figure(fit: &Fit) -> Option<Figure> {
+    const PIXELS: usize = 201;
+    const RADII: f64 = 4.0;
+    let model = &fit.likelihood.model;
+    let value = |name: &str| model.value_of(&format!("source.{name}"), &fit.best_fit);
+    let parameters = Sersic::PARAMETERS.map(value);
+    let [Some(radius), Some(n), Some(e1), Some(e2), Some(x), Some(y)] = parameters else { return None };
+    let source = Sersic::of_unit_amplitude([radius, n, e1, e2, x, y]).ok()?;
+    let (amplitude, half) = (fit.image.amplitudes.first()?, RADII * radius);
+    let at = |i: usize| half * (2.0 * i as f64 / (PIXELS - 1) as f64 - 1.0);
+    let values: Vec<f64> = (0..PIXELS * PIXELS)
+        .map(|k| amplitude * source.surface_brightness(x + at(k % PIXELS), y + at(k / PIXELS)))
+        .collect();
+    let observation = &fit.likelihood.observation;
+    let faintest = observation.background_rms_e_s / observation.grid.pixel_scale_arcsec().powi(2);
+    let extent_arcsec = [x - half, x + half, y - half, y + half];
+    Some(source_plane(GridData { values: &values, nx: PIXELS, ny: PIXELS, extent_arcsec }, faintest))
+}
+
+/// `gamma1_los` as it stands on an axis.
+pub fn label_of(name: &str) -> String {
+    let (part, own) = name.rsplit_once('.').unwrap_or(("", name));
+    let label = match own.split_once('_') {
+        Some((quantity @ ("gamma1" | "gamma2"), place)) => {
+            format!("γ_{{{}}}^{{{}}}", &quantity[5..], place_name(place))
+        }
+        Some(("omega", place)) => format!("ω_{{{}}}", place_name(place)),
+        Some(("kappa", place)) => format!("κ_{{{}}}", place_name(place)),
+        Some((flexion, place)) if flexion.len() == 2 && flexion.starts_with(['F', 'G']) => {
+            format!("{}_{{{}}}^{{{}}}", &flexion[..1], &flexion[1..], place_name(place))
+        }
+        _ => match own {
+            "theta_E" => "θ_{E}".into(),
+            "gamma" => "γ".into(),
+            "e1" => "e_{1}".into(),
+            "e2" => "e_{2}".into(),
+            "R_sersic" => "R".into(),
+            "n_sersic" => "n".into(),
+            "center_x" => "x".into(),
+            "center_y" => "y".into(),
+            other => other.into(),
+        },
+    };
+    let of = match part.trim_end_matches(char::is_numeric) {
+        "source" => "s",
+        "lens_light" => "l",
+        _ => return label,
+    };
+    format!("{label}^{{{of}}}")
+}
+
+/// `los` stands in capitals.
+fn place_name(place: &str) -> &str {
+    if place == "los" { "LOS" } else { place }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_those_of_the_paper() {
+        assert_eq!(label_of("gamma1_los"), "γ_{1}^{LOS}");
+        assert_eq!(label_of("omega_los"), "ω_{LOS}");
+        assert_eq!(label_of("F2_1los"), "F_{2}^{1los}");
+        assert_eq!(label_of("lens.theta_E"), "θ_{E}");
+        assert_eq!(label_of("source.e1"), "e_{1}^{s}");
+        assert_eq!(label_of("lens_light.n_sersic"), "n^{l}");
+    }
+}

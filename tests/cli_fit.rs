@@ -1,0 +1,283 @@
+//! `haloray fit` from the command line: results, convergence, bad input, and fits that are killed.
+
+#[path = "support/cli.rs"]
+mod cli;
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use cli::Folder;
+use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
+use haloray::io::{ExposureKeywords, ImageFile, Provenance, PsfKernel};
+use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+use haloray::numerics::random::Stage;
+use haloray::profile::light::Sersic;
+use haloray::profile::mass::{Epl, MassModel};
+use serde_json::Value;
+
+/// A model of few parameters for the image of [`image`].
+const MODEL: &str = r#"name = "small"
+pixel_sampling = "point"
+
+[[lens]]
+profile = "EPL"
+[lens.parameters]
+theta_E = { uniform = [0.5, 2.0] }
+gamma = 2.1
+e1 = { normal = [0.0, 0.1] }
+e2 = { normal = [0.0, 0.1] }
+
+[[source]]
+profile = "SERSIC"
+[source.parameters]
+R_sersic = { log_normal = [0.3, 0.5] }
+n_sersic = 1.0
+center_x = { uniform = [-0.2, 0.2] }
+center_y = { uniform = [-0.2, 0.2] }
+"#;
+const SIDE: usize = 21;
+
+/// A lensed source on 21×21 pixels of 0.16″.
+fn image() -> ImageFile {
+    let camera = Instrument { pixel_scale_arcsec: 0.16, psf_fwhm_arcsec: 0.16, ..Instrument::default() };
+    let lens = Epl::new(1.1, 2.1, [0.05, -0.08], [0.0, 0.0]).unwrap();
+    let mapping = TidalLens {
+        model: LineOfSightModel::Minimal { od: Tidal::NONE, los: Tidal::NONE },
+        lenses: vec![MassModel::Epl(lens)],
+        time_delay_distance_mpc: f64::NAN,
+    };
+    let source = Sersic::with_flux(camera.flux_e_s(23.0), 0.3, 1.0, [0.0; 2], [0.05, 0.03]).unwrap();
+    let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
+    let grid = SkyGrid::new(SIDE, camera.pixel_scale_arcsec).unwrap();
+    let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)
+        .unwrap();
+    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, (1, 0, Stage::NoiseImage));
+    ImageFile {
+        data: exposure.noisy_e_s,
+        nx: SIDE,
+        ny: SIDE,
+        pixel_scale_arcsec: camera.pixel_scale_arcsec,
+        keywords: ExposureKeywords {
+            exposure_time_s: Some(camera.exposure_s),
+            background_rms_e_per_s: Some(camera.background_rms_e_s()),
+            psf_fwhm_arcsec: Some(camera.psf_fwhm_arcsec),
+            psf_truncation_sigma: Some(camera.psf_truncation_sigma),
+            z_lens: Some(0.5),
+            z_source: Some(1.5),
+        },
+        psf: None,
+        mask: None,
+    }
+}
+
+fn save(folder: &Folder, image: &ImageFile) {
+    image.write(&folder.path("image.fits"), &Provenance::new(None, "")).unwrap();
+}
+
+fn folder() -> Folder {
+    let folder = Folder::with(&[("small.toml", MODEL)]);
+    save(&folder, &image());
+    folder
+}
+
+fn summary(folder: &Folder, fit: &str) -> Value {
+    let text = std::fs::read_to_string(folder.path(fit).join("summary.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+fn posterior(folder: &Folder, fit: &str) -> Vec<u8> {
+    std::fs::read(folder.path(fit).join("posterior.nc")).unwrap()
+}
+
+#[test]
+fn a_fit_finds_what_the_image_was_made_with_on_any_number_of_threads() {
+    let folder = folder();
+    for threads in [1, 2] {
+        let arguments =
+            format!("fit image.fits --model small.toml -o fit{threads} --quiet --threads {threads}");
+        let output = folder.haloray(&arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert!(posterior(&folder, "fit1") == posterior(&folder, "fit2"), "posteriors differ");
+    let summary = summary(&folder, "fit1");
+    for key in ["chi2_reduced", "seconds", "evaluations", "worst_r_hat", "worst_ess", "log_likelihood"] {
+        assert!(summary[key].is_number(), "{key}: {}", summary[key]);
+    }
+    assert_eq!(summary["converged"], true);
+    assert!((summary["chi2_reduced"].as_f64().unwrap() - 1.0).abs() < 0.25);
+    let parameters = summary["parameters"].as_array().unwrap();
+    assert_eq!(parameters.len(), 6);
+    for parameter in parameters {
+        for key in ["mean", "median", "best_fit", "hpd68_low", "hpd68_high", "r_hat", "ess_bulk", "ess_tail"]
+        {
+            assert!(parameter[key].is_number(), "{key} of {parameter}");
+        }
+        assert!(parameter["unit"].is_string() && parameter["bounded"] == true, "{parameter}");
+    }
+    let truths = [("lens.theta_E", 1.1), ("lens.e1", 0.05), ("lens.e2", -0.08), ("source.R_sersic", 0.3)];
+    for (name, truth) in truths {
+        let found = parameters.iter().find(|p| p["name"] == name).unwrap();
+        let number = |key: &str| found[key].as_f64().unwrap();
+        let pull = (number("mean") - truth) / number("standard_deviation");
+        assert!(pull.abs() < 4.0, "{name}: {found}");
+    }
+    let written = folder.files();
+    for file in ["model.toml", "corner.svg", "trace.svg", "reconstruction.svg", "source.svg"] {
+        assert!(written.keys().any(|path| path.ends_with(file)), "no {file}");
+    }
+    assert!(!written.keys().any(|path| path.to_string_lossy().contains("haloray-fit")), "a checkpoint stays");
+}
+
+#[test]
+fn a_fit_that_does_not_converge_keeps_its_results_and_exits_1() {
+    let folder = folder();
+    let output = folder.haloray("fit image.fits --model small.toml -o fit --max-draws 20 --quiet");
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary = summary(&folder, "fit");
+    assert_eq!(summary["converged"], false);
+    assert!(summary["worst_ess"].as_f64().unwrap() < 400.0);
+    assert!(!posterior(&folder, "fit").is_empty());
+}
+
+#[test]
+fn an_image_with_a_mask_and_a_kernel_is_fitted() {
+    let folder = folder();
+    let mut image = image();
+    image.keywords.psf_fwhm_arcsec = None;
+    image.keywords.psf_truncation_sigma = None;
+    let mut kernel = vec![0.02; 9];
+    kernel[4] = 0.84;
+    image.psf = Some(PsfKernel { data: kernel, nx: 3, ny: 3 });
+    // A pixel without a value is no fault where the mask leaves it out.
+    let mut mask = vec![true; SIDE * SIDE];
+    (mask[7], image.data[7]) = (false, f64::NAN);
+    image.mask = Some(mask);
+    save(&folder, &image);
+    let output = folder.haloray("fit image.fits --model small.toml -o fit --max-draws 8 --quiet");
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(summary(&folder, "fit")["chi2_reduced"].is_number());
+}
+
+#[test]
+fn all_models_are_explained() {
+    let folder = Folder::with(&[]);
+    let output = folder.haloray("fit --list");
+    let text = String::from_utf8(output.stdout).unwrap();
+    for name in ["simple-full", "simple-minimal", "tidal-minimal", "tidal-flexion"] {
+        let line = text.lines().find(|line| line.starts_with(name));
+        assert!(line.is_some_and(|line| line.len() > name.len() + 40), "{name} in {text}");
+        let model = folder.haloray(&format!("fit --list --model {name}"));
+        let model = String::from_utf8(model.stdout).unwrap();
+        assert!(model.contains("[lens.parameters.theta_E]") || model.contains("theta_E ="), "{model}");
+    }
+}
+
+/// Runs a fit that must be refused and leave nothing.
+fn assert_refused(folder: &Folder, model: &str, wanted: &[&str]) {
+    let before = folder.files();
+    let arguments = format!("fit image.fits --model {model} -o fit");
+    let output = folder.haloray(&arguments);
+    folder.check_failure(2, &output, &arguments, wanted);
+    assert!(folder.files() == before, "{wanted:?}: something was left behind");
+}
+
+#[test]
+fn images_that_cannot_be_fitted_are_refused() {
+    let kernel = |value: f64| Some(PsfKernel { data: vec![value; 9], nx: 3, ny: 3 });
+    type Edit = Box<dyn Fn(&mut ImageFile)>;
+    let edits: Vec<(Edit, Vec<&str>)> = vec![
+        (Box::new(|i| i.keywords.exposure_time_s = None), vec!["EXPTIME is missing", "in s", "fit --help"]),
+        (Box::new(|i| i.keywords.background_rms_e_per_s = None), vec!["BKGRMS is missing", "fit --help"]),
+        (Box::new(|i| i.keywords.background_rms_e_per_s = Some(-0.01)), vec!["BKGRMS is -0.01"]),
+        (Box::new(|i| i.keywords.psf_fwhm_arcsec = None), vec!["PSFFWHM is missing", "extension PSF"]),
+        (Box::new(move |i| i.psf = kernel(1.0 / 9.0)), vec!["PSFFWHM is 0.16", "beside an extension PSF"]),
+        (
+            Box::new(move |i| (i.psf, i.keywords.psf_fwhm_arcsec) = (kernel(0.2), None)),
+            vec!["sum of the PSF kernel is 1.79", "sums to 1"],
+        ),
+        (Box::new(|i| i.keywords.z_lens = Some(1.5)), vec!["ZLENS is 1.5", "below ZSOURCE"]),
+        (Box::new(|i| i.data[40] = f64::NAN), vec!["x = 20, y = 2 (counted from 1) is NaN", "MASK"]),
+        (Box::new(|i| i.mask = Some(vec![false; SIDE * SIDE])), vec!["number of pixels in use is 0", "MASK"]),
+    ];
+    for (edit, wanted) in edits {
+        let folder = folder();
+        let mut image = image();
+        edit(&mut image);
+        save(&folder, &image);
+        assert_refused(&folder, "small.toml", &wanted);
+    }
+}
+
+#[test]
+fn models_that_cannot_be_meant_are_refused() {
+    let edited = |from: &str, to: &str| {
+        assert!(MODEL.contains(from));
+        let folder = folder();
+        std::fs::write(folder.path("small.toml"), MODEL.replacen(from, to, 1)).unwrap();
+        folder
+    };
+    let list = "fit --list";
+    assert_refused(&folder(), "simple", &["--model is simple", "simple-minimal", list]);
+    assert_refused(&folder(), "none.toml", &["none.toml"]);
+    assert_refused(
+        &edited("[[source]]", "[[sorce]]"),
+        "small.toml",
+        &["sorce", "small.toml", "line 12", "column", list],
+    );
+    let flat = edited("uniform = [0.5, 2.0]", "uniform = [0.5, 0.5]");
+    assert_refused(&flat, "small.toml", &["prior of lens.theta_E", "above the lower edge", list]);
+    // A power law exists only for slopes below 3.
+    let steep = edited("gamma = 2.1", "gamma = { uniform = [3.2, 4.0] }");
+    assert_refused(&steep, "small.toml", &["no model", "slope is 3.6", "below 3", list]);
+    let unknown = edited("gamma = 2.1", "slope = 2.1");
+    assert_refused(&unknown, "small.toml", &["parameter of EPL is slope", "theta_E, gamma", list]);
+    assert_refused(&edited("\"EPL\"", "\"BLOB\""), "small.toml", &["BLOB", list]);
+    let folder = folder();
+    let arguments = "fit image.fits --model small.toml -o fit --sampler nested --max-draws 9";
+    folder.check_failure(2, &folder.haloray(arguments), arguments, &["--max-draws is 9", "left out"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_fit_killed_at_any_moment_ends_with_the_same_posterior() {
+    let folder = folder();
+    let arguments =
+        |output: &str| format!("fit image.fits --model small.toml -o {output} --max-draws 3000 --quiet");
+    let spawn = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_haloray"));
+        command.env("HDF5_USE_FILE_LOCKING", "FALSE").current_dir(folder.path(""));
+        command
+            .args(arguments("killed").split(' '))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    };
+    folder.haloray(&arguments("whole"));
+    let checkpoint = folder.path(".killed.haloray-fit");
+    let mut continued = 0;
+    // Before the first state is saved, then after each new one, as often as the fit lets itself be caught.
+    let mut child = spawn();
+    std::thread::sleep(Duration::from_millis(3));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    for _ in 0..4 {
+        let before = std::fs::read(&checkpoint).ok();
+        let mut child = spawn();
+        let start = Instant::now();
+        while std::fs::read(&checkpoint).ok() == before {
+            assert!(start.elapsed() < Duration::from_secs(60), "no state is saved");
+            if child.try_wait().unwrap().is_some() {
+                break;
+            }
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(!folder.path("killed/posterior.nc").exists() || !checkpoint.exists(), "half-written");
+        continued += usize::from(checkpoint.exists());
+    }
+    assert!(continued > 1, "the fit was never caught with a saved state");
+    folder.haloray(&arguments("killed"));
+    assert!(posterior(&folder, "killed") == posterior(&folder, "whole"), "posteriors differ");
+    assert!(!checkpoint.exists());
+}

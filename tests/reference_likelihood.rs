@@ -1,0 +1,105 @@
+//! Log-likelihoods of a noisy image of Table 1 against lenstronomy's and against brute-force integration of amplitudes.
+
+#[path = "support/differences.rs"]
+mod differences;
+#[allow(dead_code, reason = "only the names of the headers are used; this reference is JSON")]
+#[path = "support/reference.rs"]
+mod reference;
+
+use std::collections::BTreeMap;
+
+use differences::Differences;
+use haloray::imaging::{Psf, SkyGrid};
+use haloray::inference::likelihood::LikelihoodKind;
+use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
+use haloray::inference::{ImageLikelihood, ModelImage, Observation};
+use reference::REQUIRED_HEADERS;
+use serde::Deserialize;
+use serde_json::Value;
+
+/// ln L relative to its size: images agree to 1e-14, sums over 2401 pixels lose a few digits.
+const LOG_LIKELIHOOD_TOLERANCE: f64 = 1e-8;
+/// Amplitudes, relative: those of the same normal equations.
+const AMPLITUDE_TOLERANCE: f64 = 1e-8;
+/// ln of the marginal likelihood, absolute, where the model fits: what Laplace's method leaves of the integral.
+const MARGINAL_TOLERANCE: f64 = 2e-3;
+/// Draws of this width about the truth or narrower fit the image.
+const FITTING_SPREAD: f64 = 0.001;
+
+#[derive(Deserialize)]
+struct Case {
+    spread: f64,
+    values: BTreeMap<String, f64>,
+    amplitudes: Vec<f64>,
+    lenstronomy: f64,
+    marginalised: f64,
+}
+
+fn load() -> Value {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/reference/likelihood.json");
+    let whole: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    for key in REQUIRED_HEADERS {
+        assert!(whole[key].as_str().is_some_and(|text| !text.is_empty()), "{path} does not state its {key}");
+    }
+    whole
+}
+
+fn cases(whole: &Value) -> Vec<Case> {
+    serde_json::from_value(whole["cases"].clone()).unwrap()
+}
+
+fn likelihood(whole: &Value, kind: LikelihoodKind) -> ImageLikelihood {
+    let number = |key: &str| whole[key].as_f64().unwrap();
+    let scale = number("pixel_scale_arcsec");
+    let data_e_s: Vec<f64> = serde_json::from_value(whole["image_e_s"].clone()).unwrap();
+    let observation = Observation {
+        grid: SkyGrid::new(number("pixels") as usize, scale).unwrap(),
+        used: vec![true; data_e_s.len()],
+        data_e_s,
+        background_rms_e_s: number("background_rms_e_s"),
+        exposure_s: number("exposure_s"),
+        psf: Psf::gaussian(number("psf_fwhm_arcsec"), number("psf_truncation_sigma"), scale).unwrap(),
+    };
+    observation.validate().unwrap();
+    let model = CompiledModel::new(&ModelDescription::built_in("simple-minimal").unwrap()).unwrap();
+    let mesh = Mesh::of_centres(&observation.grid);
+    ImageLikelihood { observation, model, kind, mesh }
+}
+
+fn images(likelihood: &ImageLikelihood, cases: &[Case]) -> Vec<ModelImage> {
+    let of = |case: &Case| {
+        let free: Vec<f64> = likelihood.model.free.iter().map(|p| case.values[&p.name]).collect();
+        assert_eq!(free.len(), case.values.len(), "the reference has a parameter that the model has not");
+        likelihood.image(&free).unwrap()
+    };
+    cases.iter().map(of).collect()
+}
+
+#[test]
+fn the_likelihood_for_comparison_is_lenstronomys() {
+    let whole = load();
+    let cases = cases(&whole);
+    let images = images(&likelihood(&whole, LikelihoodKind::Lenstronomy), &cases);
+    let pairs = || images.iter().zip(&cases);
+    Differences::of("ln L", pairs().map(|(image, case)| image.log_likelihood / case.lenstronomy - 1.0))
+        .require_max(LOG_LIKELIHOOD_TOLERANCE);
+    let amplitudes = pairs()
+        .flat_map(|(image, case)| image.amplitudes.iter().zip(&case.amplitudes).map(|(a, b)| a / b - 1.0));
+    Differences::of("amplitudes", amplitudes).require_max(AMPLITUDE_TOLERANCE);
+}
+
+#[test]
+fn the_default_likelihood_is_the_integral_over_the_amplitudes() {
+    let whole = load();
+    let cases = cases(&whole);
+    let images = images(&likelihood(&whole, LikelihoodKind::Gaussian), &cases);
+    for spread in [0.001, 0.1, 1.0] {
+        let pairs = images.iter().zip(&cases).filter(|(_, case)| case.spread == spread);
+        let label = format!("ln of the marginal likelihood, spread {spread}");
+        let found =
+            Differences::of(&label, pairs.map(|(image, case)| image.log_likelihood - case.marginalised));
+        if spread <= FITTING_SPREAD {
+            found.require_max(MARGINAL_TOLERANCE);
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Samplers on posteriors with known answers: moments, evidence, agreement, threads, interruption.
+
+#[path = "support/targets.rs"]
+mod targets;
+
+use haloray::inference::LatentLikelihood;
+use haloray::inference::sampler::{
+    EnsembleSliceSettings, NestedSettings, NutsSettings, Problem, Progress, SamplerRun, SamplerSettings,
+    StretchSettings,
+};
+use targets::{Banana, Normal, Nowhere, Truncated, TwoPeaks, by_quadrature};
+
+fn run(settings: SamplerSettings, problem: &Problem, seed: u64) -> (SamplerRun, Progress) {
+    let mut run = SamplerRun::start(&settings, seed, problem).unwrap();
+    let progress = run.finish(problem.likelihood, &|z| z.to_vec(), |_, _| Ok(())).unwrap();
+    (run, progress)
+}
+
+fn nuts() -> SamplerSettings {
+    SamplerSettings::Nuts(NutsSettings::default())
+}
+
+fn all_samplers() -> [SamplerSettings; 4] {
+    [
+        nuts(),
+        SamplerSettings::EnsembleSlice(EnsembleSliceSettings::default()),
+        SamplerSettings::Stretch(StretchSettings::default()),
+        SamplerSettings::Nested(NestedSettings::default()),
+    ]
+}
+
+/// Mean and standard deviation of every coordinate, with the effective number of draws.
+fn moments(run: &SamplerRun, progress: &Progress) -> Vec<(f64, f64, f64)> {
+    (0..run.chains().dimension)
+        .map(|i| {
+            let draws = run.chains().coordinate(i).concat();
+            let mean = draws.iter().sum::<f64>() / draws.len() as f64;
+            let square = draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / draws.len() as f64;
+            (mean, square.sqrt(), progress.quantities[i].ess_bulk)
+        })
+        .collect()
+}
+
+/// Means within 4 standard errors, standard deviations within 12% (4 errors of 400 normal draws are 14%).
+fn assert_moments(found: &[(f64, f64, f64)], means: &[f64], deviations: &[f64]) {
+    for (i, (mean, deviation, ess)) in found.iter().enumerate() {
+        let error = (mean - means[i]) / deviations[i] * ess.sqrt();
+        assert!(error.abs() < 4.0, "mean of z{i}: {mean} is {error} standard errors from {}", means[i]);
+        let ratio = deviation / deviations[i];
+        assert!((ratio - 1.0).abs() < 0.12, "deviation of z{i}: {ratio} times the right one");
+    }
+}
+
+#[test]
+fn nuts_finds_a_correlated_normal_in_twenty_dimensions() {
+    let target = Normal::correlated(20);
+    let (mean, covariance) = (target.mean(), target.covariance());
+    let deviations: Vec<f64> = (0..20).map(|i| covariance[(i, i)].sqrt()).collect();
+    let starts = [mean.as_slice().to_vec()];
+    let metric = target.metric();
+    let problem = Problem { likelihood: &target, starts: &starts, metric: Some(&metric) };
+    let (run, progress) = run(nuts(), &problem, 1);
+    assert!(progress.is_converged && progress.divergences == 0);
+    assert_moments(&moments(&run, &progress), mean.as_slice(), &deviations);
+    // Correlations of neighbours too.
+    let draws = run.chains().chains.iter().flat_map(|chain| chain.z.chunks_exact(20));
+    let (mut found, mut count) = ([0.0; 19], 0.0);
+    for z in draws {
+        (0..19).for_each(|i| found[i] += (z[i] - mean[i]) * (z[i + 1] - mean[i + 1]));
+        count += 1.0;
+    }
+    for i in 0..19 {
+        let correlation = |c: f64| c / (deviations[i] * deviations[i + 1]);
+        let difference = correlation(found[i] / count) - correlation(covariance[(i, i + 1)]);
+        assert!(difference.abs() < 0.12, "correlation of z{i} with the next: off by {difference}");
+    }
+}
+
+#[test]
+fn nuts_needs_no_metric() {
+    let target = Normal::correlated(8);
+    let starts = [vec![0.0; 8], vec![0.5; 8]];
+    let problem = Problem { likelihood: &target, starts: &starts, metric: None };
+    let (run, progress) = run(nuts(), &problem, 2);
+    assert!(progress.is_converged);
+    let covariance = target.covariance();
+    let deviations: Vec<f64> = (0..8).map(|i| covariance[(i, i)].sqrt()).collect();
+    assert_moments(&moments(&run, &progress), target.mean().as_slice(), &deviations);
+}
+
+#[test]
+fn all_samplers_agree_on_a_banana_and_at_an_edge() {
+    for (likelihood, start) in [(&Banana as &dyn LatentLikelihood, [0.3, 0.1]), (&Truncated, [0.3, 0.1])] {
+        let starts = [start.to_vec()];
+        let problem = Problem { likelihood, starts: &starts, metric: None };
+        let (mean, deviation, log_evidence) = by_quadrature(likelihood);
+        for settings in all_samplers() {
+            let (run, progress) = run(settings, &problem, 3);
+            assert!(progress.is_converged, "{settings:?}");
+            assert_moments(&moments(&run, &progress), &mean, &deviation);
+            if let Some(evidence) = run.evidence() {
+                let error = (evidence.log_evidence - log_evidence) / evidence.log_evidence_error;
+                assert!(error.abs() < 4.0 && evidence.log_evidence_error < 0.2, "{evidence:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn all_samplers_agree_in_ten_correlated_dimensions() {
+    let target = Normal::correlated(10);
+    let (mean, covariance, metric) = (target.mean(), target.covariance(), target.metric());
+    let deviations: Vec<f64> = (0..10).map(|i| covariance[(i, i)].sqrt()).collect();
+    let starts = [mean.as_slice().to_vec()];
+    let problem = Problem { likelihood: &target, starts: &starts, metric: Some(&metric) };
+    for settings in all_samplers() {
+        let (run, progress) = run(settings, &problem, 4);
+        assert!(progress.is_converged, "{settings:?}");
+        assert_moments(&moments(&run, &progress), mean.as_slice(), &deviations);
+        if let Some(evidence) = run.evidence() {
+            let error = (evidence.log_evidence - target.log_evidence()) / evidence.log_evidence_error;
+            assert!(error.abs() < 4.0 && evidence.log_evidence_error < 0.5, "{evidence:?}");
+        }
+    }
+}
+
+#[test]
+fn nested_sampling_weighs_two_peaks() {
+    let problem = Problem { likelihood: &TwoPeaks, starts: &[], metric: None };
+    let (run, progress) = run(SamplerSettings::Nested(NestedSettings::default()), &problem, 5);
+    let evidence = run.evidence().unwrap();
+    let off = (evidence.log_evidence - TwoPeaks::log_evidence()) / evidence.log_evidence_error;
+    assert!(progress.is_converged && off.abs() < 4.0 && evidence.log_evidence_error < 0.15);
+    // Both peaks hold half: the scatter is that of 600 live points, not of the draws.
+    let draws = run.chains().coordinate(0).concat();
+    let right = draws.iter().filter(|x| **x > 0.0).count() as f64 / draws.len() as f64;
+    assert!((right - 0.5).abs() < 4.0 * 0.5 / 600.0_f64.sqrt(), "{right}");
+}
+
+#[test]
+fn chains_in_separate_peaks_are_not_converged() {
+    // A peak a chain cannot leave, and chains that start in both.
+    let starts = [targets::PEAK.to_vec(), targets::PEAK.map(|x| -x).to_vec()];
+    let problem = Problem { likelihood: &TwoPeaks, starts: &starts, metric: None };
+    let settings = EnsembleSliceSettings {
+        start_spread: 0.01,
+        max_steps: 600,
+        warmup_steps: 100,
+        ensembles: 2,
+        ..EnsembleSliceSettings::default()
+    };
+    let (_, progress) = run(SamplerSettings::EnsembleSlice(settings), &problem, 6);
+    assert!(progress.is_finished && !progress.is_converged && progress.worst.r_hat > 1.5, "{progress:?}");
+}
+
+#[test]
+fn a_run_that_was_saved_and_continued_has_the_same_bytes() {
+    let starts = [vec![0.3, 0.1]];
+    let problem = Problem { likelihood: &Banana, starts: &starts, metric: None };
+    for settings in all_samplers() {
+        let mut whole = SamplerRun::start(&settings, 5, &problem).unwrap();
+        let mut broken = whole.clone();
+        for _ in 0..5 {
+            whole.advance(&Banana);
+            let saved = serde_json::to_string(&broken).unwrap();
+            broken = serde_json::from_str(&saved).unwrap();
+            broken.advance(&Banana);
+        }
+        assert_eq!(whole, broken);
+        for run in [&mut whole, &mut broken] {
+            run.finish(&Banana, &|z| z.to_vec(), |_, _| Ok(())).unwrap();
+        }
+        assert!(whole.chains().draws() > 100 && whole == broken);
+    }
+}
+
+#[test]
+fn threads_change_no_byte() {
+    let starts = [vec![0.3, 0.1]];
+    let problem = Problem { likelihood: &Banana, starts: &starts, metric: None };
+    for settings in all_samplers() {
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut run = SamplerRun::start(&settings, 6, &problem).unwrap();
+                (0..5).for_each(|_| run.advance(&Banana));
+                run
+            })
+        };
+        assert_eq!(with(1), with(3));
+    }
+}
+
+#[test]
+fn hopeless_problems_are_refused() {
+    let starts = [vec![0.0, 0.0]];
+    let refused = |settings: SamplerSettings, problem: Problem| {
+        SamplerRun::start(&settings, 7, &problem).unwrap_err().to_string()
+    };
+    for settings in all_samplers() {
+        let message = refused(settings, Problem { likelihood: &Nowhere, starts: &starts, metric: None });
+        assert!(message.contains("the log-likelihood at") && message.contains("finite"), "{message}");
+    }
+    let none = refused(nuts(), Problem { likelihood: &Banana, starts: &[], metric: None });
+    assert!(none.contains("the number of start points is 0, but must be at least 1"), "{none}");
+    let short = refused(nuts(), Problem { likelihood: &Banana, starts: &[vec![1.0]], metric: None });
+    assert!(short.contains("of a start point is 1, but must be 2"), "{short}");
+    let few = SamplerSettings::Nested(NestedSettings { live_points: 3, ..NestedSettings::default() });
+    let few = refused(few, Problem { likelihood: &Banana, starts: &starts, metric: None });
+    assert!(few.contains("live_points of nested is 3, but must be at least 10"), "{few}");
+}
