@@ -9,7 +9,7 @@ mod plane;
 mod recursion;
 mod segment;
 
-pub use far_field::{AccuracyReport, AdaptiveSegment, Field};
+pub use far_field::{AccuracyReport, AdaptiveRays, AdaptiveSegment, Field};
 pub use general::GeneralMultiPlane;
 pub use line_of_sight::{LineOfSight, MainLens};
 pub use plane::Sheets;
