@@ -4,6 +4,7 @@
 //! map and of few merged polynomial kicks; rays meet only the others one by one. docs/ADAPTIVE_TRACING.md derives it.
 
 mod bundle;
+mod correction;
 mod event;
 mod field;
 mod polynomial;
@@ -77,7 +78,7 @@ impl<'a> Segment<'a> {
         require(accuracy_arcsec > 0.0, "accuracy_arcsec", accuracy_arcsec, "a positive number")?;
         let bounded = field.half_arcsec.iter().all(|h| h.is_finite());
         let worthwhile = rays >= FEWEST_RAYS && accuracy_arcsec >= FINEST_ARCSEC && bounded;
-        let root = worthwhile.then(|| Root::new(self.way(), self.planes, field, accuracy_arcsec));
+        let root = worthwhile.then(|| Root::new(self, self.way(), field, accuracy_arcsec));
         Ok(AdaptiveSegment { exact: *self, field, root })
     }
 

@@ -20,6 +20,30 @@ const BINOMIAL: [[f64; DEGREE_MAX + 1]; DEGREE_MAX + 1] = {
     c
 };
 
+/// (x+iy)^a (x−iy)^b = Σ_j i^j E_abj x^(a+b−j) y^j: Σ_k C(a,k) C(b,j−k) (−1)^(j−k) at `[a][b][j]`.
+static EXPANSION: [[[f64; DEGREE_MAX + 1]; DEGREE_MAX + 1]; DEGREE_MAX + 1] = {
+    let mut e = [[[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1]; DEGREE_MAX + 1];
+    let mut a = 0;
+    while a <= DEGREE_MAX {
+        let mut b = 0;
+        while a + b <= DEGREE_MAX {
+            let mut k = 0;
+            while k <= a {
+                let mut l = 0;
+                while l <= b {
+                    let product = BINOMIAL[a][k] * BINOMIAL[b][l];
+                    e[a][b][k + l] += if l % 2 == 0 { product } else { -product };
+                    l += 1;
+                }
+                k += 1;
+            }
+            b += 1;
+        }
+        a += 1;
+    }
+    e
+};
+
 /// Complex coefficients C_ab, arcsec^(1−a−b), by total degree n = a + b and then by b.
 #[derive(Debug, Clone)]
 pub(super) struct Polynomial {
@@ -66,27 +90,40 @@ impl Polynomial {
         }
     }
 
-    /// The same polynomial in ϑ′ = ϑ − δ.
+    /// The same polynomial in ϑ′ = ϑ − δ: Σ_a ϑ^a row_a(ϑ̄), first each row shifted, then their sum, by Horner's rule.
     pub fn shifted(&self, delta: [f64; 2]) -> Self {
-        let (mut shifted, p) = (self.clone(), self.degree);
+        const SIDE: usize = DEGREE_MAX + 1;
+        let p = self.degree;
         let conjugate = [delta[0], -delta[1]];
-        // Repeated synthetic division: first in ϑ at fixed b, then in ϑ̄ at fixed a.
-        for b in 0..=p {
-            for low in 0..p - b {
-                for a in (low..p - b).rev() {
-                    let step = times(shifted.terms[Self::index(a + 1 + b, b)], delta);
-                    let term = &mut shifted.terms[Self::index(a + b, b)];
+        let mut grid = [[[0.0; 2]; SIDE]; SIDE];
+        for n in 0..=p {
+            for b in 0..=n {
+                grid[n - b][b] = self.terms[Self::index(n, b)];
+            }
+        }
+        for (a, row) in grid[..=p].iter_mut().enumerate() {
+            let top = p - a;
+            for low in 0..top {
+                for b in (low..top).rev() {
+                    let step = times(row[b + 1], conjugate);
+                    row[b] = [row[b][0] + step[0], row[b][1] + step[1]];
+                }
+            }
+        }
+        for low in 0..p {
+            for a in (low..p).rev() {
+                let (before, after) = grid.split_at_mut(a + 1);
+                // Row a + 1 reaches as far as degree p allows; the shift keeps the total degree.
+                for (term, next) in before[a][..=p - a].iter_mut().zip(&after[0][..p - a]) {
+                    let step = times(*next, delta);
                     *term = [term[0] + step[0], term[1] + step[1]];
                 }
             }
         }
-        for a in 0..=p {
-            for low in 0..p - a {
-                for b in (low..p - a).rev() {
-                    let step = times(shifted.terms[Self::index(a + b + 1, b + 1)], conjugate);
-                    let term = &mut shifted.terms[Self::index(a + b, b)];
-                    *term = [term[0] + step[0], term[1] + step[1]];
-                }
+        let mut shifted = Self { degree: p, ..Self::default() };
+        for n in 0..=p {
+            for b in 0..=n {
+                shifted.terms[Self::index(n, b)] = grid[n - b][b];
             }
         }
         shifted
@@ -104,7 +141,7 @@ impl Polynomial {
         let (mut sizes, mut power) = ([0.0; DEGREE_MAX + 1], 1.0);
         for n in 0..=self.degree {
             let terms = &self.terms[Self::index(n, 0)..Self::index(n + 1, 0)];
-            sizes[n] = power * terms.iter().map(|c| c[0].hypot(c[1])).sum::<f64>();
+            sizes[n] = power * terms.iter().map(|c| (c[0] * c[0] + c[1] * c[1]).sqrt()).sum::<f64>();
             power *= radius_arcsec;
         }
         sizes
@@ -131,12 +168,7 @@ impl Polynomial {
                 let a = n - b;
                 let [re, im] = self.terms[Self::index(n, b)];
                 for j in 0..=n {
-                    // (x+iy)^a (x−iy)^b: coefficient of x^(n−j) y^j is i^j Σ C(a,k) C(b,j−k) (−1)^(j−k).
-                    let mut sum = 0.0;
-                    for k in j.saturating_sub(b)..=j.min(a) {
-                        let product = BINOMIAL[a][k] * BINOMIAL[b][j - k];
-                        sum += if (j - k) % 2 == 0 { product } else { -product };
-                    }
+                    let sum = EXPANSION[a][b][j];
                     let [x, y] = match j % 4 {
                         0 => [re, im],
                         1 => [-im, re],

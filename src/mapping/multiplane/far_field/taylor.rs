@@ -7,7 +7,7 @@
 use super::polynomial::Polynomial;
 
 /// Highest total degree in ϑ and ϑ̄.
-pub(super) const DEGREE_MAX: usize = 10;
+pub(super) const DEGREE_MAX: usize = 8;
 const COLUMNS: usize = DEGREE_MAX + 1;
 
 const fn factorial(n: usize) -> f64 {
@@ -20,7 +20,7 @@ const fn factorial(n: usize) -> f64 {
 }
 
 /// (b+1) j!/[(j−b)!(a+b−j)!(j+1−a)!] at `[a][b][j]`.
-const WEIGHTS: [[[f64; COLUMNS]; COLUMNS]; COLUMNS] = {
+static WEIGHTS: [[[f64; COLUMNS]; COLUMNS]; COLUMNS] = {
     let mut w = [[[0.0; COLUMNS]; COLUMNS]; COLUMNS];
     let mut a = 0;
     while a < COLUMNS {
