@@ -41,6 +41,9 @@ pub(super) struct Bundle {
 /// Smooth haloes carry a deviation at most this much farther than empty space does.
 const PROPAGATION: f64 = 1.1;
 
+/// Below this ratio of bundle radius to distance the Hessian of a kept halo goes into the rows.
+const OUTSIDE: f64 = 0.5;
+
 /// A smooth halo or polynomial on its way into a cell.
 struct Absorbed {
     cell: usize,
@@ -156,7 +159,9 @@ impl Bundle {
         }
         let t1 = t0.elapsed();
         let r = descent.finish(beta_ref, end_rows);
-        if std::env::var("FARDBG").is_ok() { eprintln!("  pass {t1:?} finish {:?} of {number}", t0.elapsed() - t1); }
+        if std::env::var("FARDBG").is_ok() {
+            eprintln!("  pass {t1:?} finish {:?} of {number}", t0.elapsed() - t1);
+        }
         r
     }
 
@@ -195,15 +200,19 @@ impl Descent<'_> {
         let w = event.chi / self.way.length();
         let theta = apply(&event.rows, &self.z);
         let tolerance = tolerance / self.way.lever(event.chi);
-        let mut hessian = [0.0; 3];
-        let mut push = [-event.kick_ref[0], -event.kick_ref[1]];
+        let mut hessian = event.linear.map(|h| -h);
+        let held = event.linear;
+        let mut push = [
+            -event.kick_ref[0] - held[0] * theta[0] - held[1] * theta[1],
+            -event.kick_ref[1] - held[1] * theta[0] - held[2] * theta[1],
+        ];
         // Coefficients C_20 and C_02, and the size of all curvature.
         let mut quadratic = [0.0; 4];
         let (mut flexion, mut error) = (0.0, event.error);
         let mut nonlinear = None;
         let mut near_kick = 0.0;
         if let Some((f_sheet, at)) = event.sheet {
-            hessian = [-f_sheet, 0.0, -f_sheet];
+            hessian = [hessian[0] - f_sheet, hessian[1], hessian[2] - f_sheet];
             push = [0, 1].map(|c| push[c] - f_sheet * (at[c] + theta[c]));
         }
         match &event.kick {
@@ -219,15 +228,23 @@ impl Descent<'_> {
                 } else {
                     lowest_degree(fk * m * d, x, tolerance)
                 };
+                let n = t.map(|t| t / d);
+                let (tangential, radial) = (halo.fk * m, 2.0 * halo.fk * p1);
+                let at_ray = [
+                    tangential + radial * n[0] * n[0],
+                    radial * n[0] * n[1],
+                    tangential + radial * n[1] * n[1],
+                ];
+                if x < OUTSIDE {
+                    for (sum, h) in hessian.iter_mut().zip(at_ray) {
+                        *sum += h;
+                    }
+                }
+                let steepest = 3.0 * fk * m / ((1.0 - x).powi(3) * d);
                 if let Some((degree, remainder)) = degree {
                     error += remainder;
-                    let n = t.map(|t| t / d);
-                    let (tangential, radial) = (halo.fk * m, 2.0 * halo.fk * p1);
-                    hessian[0] += tangential + radial * n[0] * n[0];
-                    hessian[1] += radial * n[0] * n[1];
-                    hessian[2] += tangential + radial * n[1] * n[1];
                     if degree > 1 {
-                        flexion = 3.0 * fk * m / ((1.0 - x).powi(3) * d);
+                        flexion = steepest;
                         // In the direction of the halo; the rest is of the same size.
                         let along = 0.5 * halo.fk * m / d;
                         let thrice = [n[0] * (1.0 - 4.0 * n[1] * n[1]), n[1] * (4.0 * n[0] * n[0] - 1.0)];
@@ -241,10 +258,16 @@ impl Descent<'_> {
                         let r = nearest.max(0.5 * gap);
                         fk * nfw_radial::m((r * r * halo.inv_r_s2).max(nfw_radial::U_FLOOR))
                     };
-                    near_kick = reach(radius) * radius;
-                    let lipschitz = reach(self.budget.floor_arcsec);
-                    self.keep(event, rows, k, lipschitz, Kick::Halo(Halo { t_arcsec: t, ..*halo }));
-                    error = 0.0;
+                    let held = if x < OUTSIDE { at_ray } else { [0.0; 3] };
+                    near_kick =
+                        if x < OUTSIDE { 0.5 * steepest * radius * radius } else { reach(radius) * radius };
+                    self.near.push(Event {
+                        rows,
+                        kick_ref: k,
+                        linear: held,
+                        lipschitz: reach(self.budget.floor_arcsec),
+                        ..Event::new(event.chi, Kick::Halo(Halo { t_arcsec: t, ..*halo }))
+                    });
                 }
             }
             Kick::Polynomial(polynomial) => {
@@ -271,7 +294,8 @@ impl Descent<'_> {
                 let (lipschitz, widest) = self.lens_bounds(at, radius);
                 let allowed = spread_arcsec - push[0].hypot(push[1]);
                 near_kick = if spread_arcsec.is_finite() { widest.min(allowed).max(0.0) } else { widest };
-                self.keep(event, rows, k, lipschitz, Kick::Lens { theta_arcsec: at, spread_arcsec: near_kick });
+                let lens = Kick::Lens { theta_arcsec: at, spread_arcsec: near_kick };
+                self.near.push(Event { rows, kick_ref: k, lipschitz, ..Event::new(event.chi, lens) });
             }
         }
         // H times the columns of Q M.
@@ -281,7 +305,12 @@ impl Descent<'_> {
         };
         let columns = [0, 1, 2, 3].map(linear);
         let slope = [columns[0][0], columns[1][0], columns[0][1], columns[1][1]];
-        self.enter_cell(event.chi, rows, radius, &Cell { flexion: quadratic, slope, near: near_kick * near_kick });
+        self.enter_cell(
+            event.chi,
+            rows,
+            radius,
+            &Cell { flexion: quadratic, slope, near: near_kick * near_kick },
+        );
         if let Some(border) = self.borders.last_mut() {
             border.lipschitz += flexion * radius;
             border.error += error;
@@ -304,10 +333,6 @@ impl Descent<'_> {
         }
     }
 
-    fn keep(&mut self, event: &Event, rows: Rows, kick_ref: [f64; 2], lipschitz: f64, kick: Kick) {
-        self.near.push(Event { rows, kick_ref, lipschitz, error: event.error, ..Event::new(event.chi, kick) });
-    }
-
     /// Lipschitz constant of the main lens across the bundle, and how far it kicks rays from the central one.
     ///
     /// Far from the centre both follow from the Hessian and its slope; near it, no constant holds and the bundle is
@@ -315,8 +340,7 @@ impl Descent<'_> {
     fn lens_bounds(&self, at: [f64; 2], radius: f64) -> (f64, f64) {
         let Some((_, f, profile)) = self.way.lens else { return (0.0, 0.0) };
         let centre = profile.centre_arcsec();
-        let distance =
-            centre.map_or(f64::INFINITY, |centre| (at[0] - centre[0]).hypot(at[1] - centre[1]));
+        let distance = centre.map_or(f64::INFINITY, |centre| (at[0] - centre[0]).hypot(at[1] - centre[1]));
         if radius <= 0.25 * distance {
             let h: f64 = profile.hessian(at[0], at[1]).iter().map(|h| h.abs()).sum();
             let t: f64 = profile.third_derivatives(at[0], at[1]).iter().map(|t| t.abs()).sum();
@@ -385,7 +409,8 @@ impl Descent<'_> {
             while let Some(event) = near.next_if(|event| event.chi < border.chi) {
                 events.push(event);
             }
-            let radius = self.radius * norm([border.rows[0][0], border.rows[0][1], border.rows[1][0], border.rows[1][1]])
+            let radius = self.radius
+                * norm([border.rows[0][0], border.rows[0][1], border.rows[1][0], border.rows[1][1]])
                 + PROPAGATION * self.deviation / self.chi;
             let sizes = border.polynomial.sizes(radius);
             border.error += border.polynomial.truncate(&sizes, allowed / way.lever(border.chi));
@@ -407,13 +432,27 @@ impl Descent<'_> {
         };
         bundle.bound(way, budget.floor_arcsec);
         if std::env::var("FARDBG").is_ok() {
-            let near: Vec<&Event> = bundle.events.iter().filter(|e| matches!(e.kick, Kick::Halo(_))).collect();
-            let polys: Vec<&Event> = bundle.events.iter().filter(|e| matches!(e.kick, Kick::Polynomial(_))).collect();
-            let deg: f64 = polys.iter().map(|e| if let Kick::Polynomial(p) = &e.kick { p.degree as f64 } else { 0.0 }).sum();
+            let near: Vec<&Event> =
+                bundle.events.iter().filter(|e| matches!(e.kick, Kick::Halo(_))).collect();
+            let polys: Vec<&Event> =
+                bundle.events.iter().filter(|e| matches!(e.kick, Kick::Polynomial(_))).collect();
+            let deg: f64 = polys
+                .iter()
+                .map(|e| if let Kick::Polynomial(p) = &e.kick { p.degree as f64 } else { 0.0 })
+                .sum();
             let lip: f64 = bundle.events.iter().map(|e| e.lipschitz * way.lever(e.chi)).sum();
             let lipn: f64 = near.iter().map(|e| e.lipschitz * way.lever(e.chi)).sum();
             let err: f64 = bundle.events.iter().map(|e| e.error * way.lever(e.chi)).sum();
-            eprintln!("near {} borders {} mean degree {:.1} lipschitz {lip:.3} (near {lipn:.3}) errors {err:.2e} bound {:.2e} gain {:.2} radius end {:.3} dev {:.3}", near.len(), polys.len(), deg / polys.len() as f64, bundle.bound_arcsec, bundle.gain, self.radius, self.deviation/self.chi);
+            eprintln!(
+                "near {} borders {} mean degree {:.1} lipschitz {lip:.3} (near {lipn:.3}) errors {err:.2e} bound {:.2e} gain {:.2} radius end {:.3} dev {:.3}",
+                near.len(),
+                polys.len(),
+                deg / polys.len() as f64,
+                bundle.bound_arcsec,
+                bundle.gain,
+                self.radius,
+                self.deviation / self.chi
+            );
         }
         bundle
     }

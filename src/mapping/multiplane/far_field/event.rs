@@ -81,12 +81,14 @@ impl Way<'_> {
     }
 }
 
-/// A kick K of the slope; near the central ray only K − K(central ray) counts.
+/// A kick K of the slope; of a kept one K(ϑ) − K(0) − Hϑ counts, since central ray and rows hold the rest.
 #[derive(Clone)]
 pub(super) struct Event {
     pub chi: f64,
     pub rows: Rows,
     pub kick_ref: [f64; 2],
+    /// Part (xx, xy, yy) of the Hessian that the rows already hold.
+    pub linear: [f64; 3],
     /// Lipschitz constant of what acts here, without unit.
     pub lipschitz: f64,
     /// Bound on the error of the kick, arcsec.
@@ -124,6 +126,7 @@ impl Event {
             chi,
             rows: [[0.0; 4]; 2],
             kick_ref: [0.0; 2],
+            linear: [0.0; 3],
             lipschitz: 0.0,
             error: 0.0,
             sheet: None,

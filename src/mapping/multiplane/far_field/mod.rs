@@ -117,7 +117,13 @@ impl AdaptiveSegment<'_> {
         let met = traced.met + traced.refused.len() * self.exact.planes.len();
         let n = theta_arcsec.len();
         let rays = RayBundle {
-            beta_arcsec: scatter(n, &traced.rays, traced.bundle.beta_arcsec, &traced.refused, exact.beta_arcsec),
+            beta_arcsec: scatter(
+                n,
+                &traced.rays,
+                traced.bundle.beta_arcsec,
+                &traced.refused,
+                exact.beta_arcsec,
+            ),
             jacobian: scatter(n, &traced.rays, traced.bundle.jacobian, &traced.refused, exact.jacobian),
             second_per_arcsec: scatter(
                 n,
@@ -143,7 +149,8 @@ impl AdaptiveSegment<'_> {
         };
         let theta: Vec<[f64; 2]> = (0..rays).map(|_| [coordinate(0), coordinate(1)]).collect();
         let (ours, exact) = (self.trace(&theta, order).rays, self.exact.map(&theta, order));
-        let errors = ours.beta_arcsec.iter().zip(&exact.beta_arcsec).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+        let errors =
+            ours.beta_arcsec.iter().zip(&exact.beta_arcsec).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
         let elements = ours.jacobian.iter().flatten().zip(exact.jacobian.iter().flatten());
         AccuracyReport {
             bound_arcsec: traced.bound_arcsec,

@@ -16,6 +16,7 @@ struct Stop {
     w: f64,
     rows: Rows,
     kick_ref: [f64; 2],
+    linear: [f64; 3],
     kick: StopKick,
 }
 
@@ -23,7 +24,10 @@ enum StopKick {
     Halo(Halo),
     /// Degree, and coefficients of x^i y^j in rows of j.
     Polynomial(usize, Vec<[f64; 2]>),
-    Lens { theta_arcsec: [f64; 2], spread_arcsec: f64 },
+    Lens {
+        theta_arcsec: [f64; 2],
+        spread_arcsec: f64,
+    },
 }
 
 /// A bundle made ready for rays.
@@ -59,12 +63,10 @@ impl<'a> Rays<'a> {
                 Kick::Halo(halo) => StopKick::Halo(*halo),
                 Kick::Polynomial(p) if p.degree < 2 => return None,
                 Kick::Polynomial(p) => StopKick::Polynomial(p.degree, p.real_rows()),
-                &Kick::Lens { theta_arcsec, spread_arcsec } => {
-                    StopKick::Lens { theta_arcsec, spread_arcsec }
-                }
+                &Kick::Lens { theta_arcsec, spread_arcsec } => StopKick::Lens { theta_arcsec, spread_arcsec },
             };
             let w = event.chi / way.length();
-            Some(Stop { w, rows: event.rows, kick_ref: event.kick_ref, kick })
+            Some(Stop { w, rows: event.rows, kick_ref: event.kick_ref, linear: event.linear, kick })
         };
         Self {
             way,
@@ -106,7 +108,7 @@ fn trace<const ORDER: usize>(rays: &Rays, offsets: &[[f64; 2]]) -> Ends {
         let (mut h, mut t) = ([[0.0; LANES]; 3], [[0.0; LANES]; 4]);
         match &stop.kick {
             StopKick::Halo(halo) => {
-                halo_kick::<ORDER>(halo, stop.kick_ref, [&x, &y], [&mut kx, &mut ky], &mut h, &mut t);
+                halo_kick::<ORDER>(halo, stop, [&x, &y], [&mut kx, &mut ky], &mut h, &mut t);
             }
             StopKick::Polynomial(degree, rows) if ORDER == 0 => {
                 polynomial_kick(*degree, rows, [&x, &y], [&mut kx, &mut ky]);
@@ -131,8 +133,7 @@ fn trace<const ORDER: usize>(rays: &Rays, offsets: &[[f64; 2]]) -> Ends {
                     // Not a number escapes, too.
                     escaped[i] |= !(kx[i].hypot(ky[i]) <= *spread_arcsec);
                     if let (true, Some((_, f, lens))) = (ORDER >= 1, rays.way.lens) {
-                        let (hi, ti) =
-                            (lens.hessian(at[0], at[1]), lens.third_derivatives(at[0], at[1]));
+                        let (hi, ti) = (lens.hessian(at[0], at[1]), lens.third_derivatives(at[0], at[1]));
                         for c in 0..3 {
                             h[c][i] = f * hi[c];
                         }
@@ -175,9 +176,7 @@ impl Block {
                     d[(n + 2) * columns + j][i] += p[0][n] * k[0] + p[1][n] * k[1];
                 }
             };
-            let linear = |v: [f64; 2]| {
-                [h[0][i] * v[0] + h[1][i] * v[1], h[1][i] * v[0] + h[2][i] * v[1]]
-            };
+            let linear = |v: [f64; 2]| [h[0][i] * v[0] + h[1][i] * v[1], h[1][i] * v[0] + h[2][i] * v[1]];
             if ORDER >= 2 {
                 for (n, (j, k)) in PAIRS.into_iter().enumerate() {
                     let (xx, xy, yy) =
@@ -194,12 +193,8 @@ impl Block {
 
     #[inline(always)]
     fn ends<const ORDER: usize>(&self, rays: &Rays, escaped: [bool; LANES]) -> Ends {
-        let mut ends = Ends {
-            beta: [[0.0; LANES]; 2],
-            jacobian: [[0.0; LANES]; 4],
-            second: [[0.0; LANES]; 6],
-            escaped,
-        };
+        let mut ends =
+            Ends { beta: [[0.0; LANES]; 2], jacobian: [[0.0; LANES]; 4], second: [[0.0; LANES]; 6], escaped };
         for c in 0..2 {
             let q = &rays.end_rows[c];
             for i in 0..LANES {
@@ -225,7 +220,7 @@ impl Block {
 #[inline(always)]
 fn halo_kick<const ORDER: usize>(
     halo: &Halo,
-    kick_ref: [f64; 2],
+    stop: &Stop,
     [x, y]: [&Lanes; 2],
     [kx, ky]: [&mut Lanes; 2],
     h: &mut [Lanes; 3],
@@ -235,22 +230,25 @@ fn halo_kick<const ORDER: usize>(
     for i in 0..LANES {
         tx[i] = halo.t_arcsec[0] + x[i];
         ty[i] = halo.t_arcsec[1] + y[i];
-        u[i] = ((tx[i] * tx[i] + ty[i] * ty[i]) * halo.inv_r_s2)
-            .max(crate::profile::mass::nfw_radial::U_FLOOR);
+        u[i] =
+            ((tx[i] * tx[i] + ty[i] * ty[i]) * halo.inv_r_s2).max(crate::profile::mass::nfw_radial::U_FLOOR);
     }
     let (mut m, mut p1, mut p2) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     radial_functions::<ORDER, LANES>(halo.tau, &u, &mut m, &mut p1, &mut p2);
     for i in 0..LANES {
         let km = halo.fk * m[i];
-        kx[i] = km * tx[i] - kick_ref[0];
-        ky[i] = km * ty[i] - kick_ref[1];
+        kx[i] = km * tx[i] - stop.kick_ref[0] - stop.linear[0] * x[i] - stop.linear[1] * y[i];
+        ky[i] = km * ty[i] - stop.kick_ref[1] - stop.linear[1] * x[i] - stop.linear[2] * y[i];
     }
     if ORDER >= 1 {
         for i in 0..LANES {
             let inv_r = (halo.inv_r_s2 / u[i]).sqrt();
             let n = [tx[i] * inv_r, ty[i] * inv_r];
             let radial = RadialDerivatives { k: halo.fk, m: m[i], p1: p1[i], p2: p2[i] };
-            [h[0][i], h[1][i], h[2][i]] = radial.hessian(n);
+            let full = radial.hessian(n);
+            for c in 0..3 {
+                h[c][i] = full[c] - stop.linear[c];
+            }
             if ORDER >= 2 {
                 [t[0][i], t[1][i], t[2][i], t[3][i]] = radial.third_derivatives(n, inv_r);
             }

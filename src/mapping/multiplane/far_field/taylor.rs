@@ -7,7 +7,7 @@
 use super::polynomial::Polynomial;
 
 /// Highest total degree in ϑ and ϑ̄.
-pub(super) const DEGREE_MAX: usize = 8;
+pub(super) const DEGREE_MAX: usize = 10;
 const COLUMNS: usize = DEGREE_MAX + 1;
 
 const fn factorial(n: usize) -> f64 {
@@ -62,8 +62,7 @@ fn radial_taylor(u0: f64, m0: f64, degree: usize) -> [f64; COLUMNS] {
     } else {
         let scale = 0.5 / ratio;
         for j in 0..degree {
-            let source =
-                if j == 0 { 1.0 + 0.5 * (0.25 * u0).ln() } else { log_coefficient(j) };
+            let source = if j == 0 { 1.0 + 0.5 * (0.25 * u0).ln() } else { log_coefficient(j) };
             b[j + 1] = ((2 * j + 1) as f64 * b[j] - source) * scale / (j + 1) as f64;
         }
     }
@@ -193,7 +192,11 @@ mod tests {
                 for j in 0..24 {
                     let v = [x * d * (j as f64 * 0.2618).cos(), x * d * (j as f64 * 0.2618).sin()];
                     let radial = crate::profile::mass::RadialDerivatives {
-                        k: fk, m: basis[0], p1: basis[1], p2: basis[2] };
+                        k: fk,
+                        m: basis[0],
+                        p1: basis[1],
+                        p2: basis[2],
+                    };
                     let h = radial.hessian(t.map(|t| t / d));
                     let linear = [h[0] * v[0] + h[1] * v[1], h[1] * v[0] + h[2] * v[1]];
                     let (nonlinear, at, start) = (both.at(v), kick(v), kick([0.0; 2]));

@@ -63,7 +63,8 @@ impl<'a> Root<'a> {
         let (theta, planes) = (field.centre_arcsec, exact.planes);
         let corrected = way.lens.is_none();
         let descend = || {
-            let split = way.lens.map_or(planes.len(), |(chi, ..)| planes.partition_point(|p| p.chi_cmpc < chi));
+            let split =
+                way.lens.map_or(planes.len(), |(chi, ..)| planes.partition_point(|p| p.chi_cmpc < chi));
             let (nearer, farther) = planes.split_at(split);
             let nearer = nearer.iter().map(|plane| way.plane(plane, theta));
             let farther = farther.iter().map(|plane| way.plane(plane, theta));
@@ -178,7 +179,8 @@ impl<'a> Root<'a> {
                 if order == Order::Position {
                     continue;
                 }
-                let (a, b) = tile.correction.as_ref().map_or_else(Default::default, |c| c.derivatives(offsets[i]));
+                let (a, b) =
+                    tile.correction.as_ref().map_or_else(Default::default, |c| c.derivatives(offsets[i]));
                 traced.bundle.jacobian.push(std::array::from_fn(|c| ends.jacobian[c][i] + a[c]));
                 if order == Order::SecondDerivatives {
                     traced.bundle.second_per_arcsec.push(std::array::from_fn(|c| ends.second[c][i] + b[c]));
@@ -218,7 +220,14 @@ impl Tile {
                 std::array::from_fn(|i| [targets[i][0] - ends.beta[0][i], targets[i][1] - ends.beta[1][i]]);
             Correction::through(&field, &differences)
         });
-        if std::env::var("FARDBG").is_ok() { eprintln!("  own nodes {:?} correction error {:e} inherited {inherited_arcsec:e} trunc {:e}", t0.elapsed(), correction.as_ref().map_or(0.0, |c| c.error_arcsec), bundle.bound_arcsec); }
+        if std::env::var("FARDBG").is_ok() {
+            eprintln!(
+                "  own nodes {:?} correction error {:e} inherited {inherited_arcsec:e} trunc {:e}",
+                t0.elapsed(),
+                correction.as_ref().map_or(0.0, |c| c.error_arcsec),
+                bundle.bound_arcsec
+            );
+        }
         let bound_arcsec = inherited_arcsec + correction.as_ref().map_or(0.0, |c| c.error_arcsec);
         Self { field, bundle, correction, bound_arcsec }
     }
