@@ -51,6 +51,11 @@ bench: oracle-setup
     cargo build --release
     .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --summary docs/BENCHMARKS.md
 
+# the elliptical power law beside lenstronomy's in one run; writes docs/PROFILE_SPEED.md
+bench-lens: oracle-setup
+    bench=$(cargo bench --bench lens --no-run 2>&1 | sed -n 's/.*(\(.*lens-[0-9a-f]*\))/\1/p') && \
+    .venv/bin/python data/oracle/bench_lens.py --bench "$bench" --summary docs/PROFILE_SPEED.md
+
 # are posteriors right? 200 systems drawn from a prior and fitted under it (docs/CALIBRATION.md)
 calibration:
     cargo run --release -- study calibration -n 200 -o calibration

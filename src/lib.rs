@@ -13,6 +13,7 @@
 //! | diagnose | [`diagnostics`] | haloes, mapping | Δ_h, od/os/ds/LOS tensors, maps |
 //! | image | [`imaging`] | mapping, source light | [`imaging::Exposure`] |
 //! | fit | [`inference`] | image, model | [`inference::Fit`]: posterior, convergence, best fit |
+//! | draw catalogues | [`mock`] | protocol | [`mock::MockSystem`], [`mock::ModelScore`] |
 //! | run | [`pipeline`] | config | [`pipeline::Simulation`] |
 //! | save, draw | [`io`], [`plot`], [`report`] | simulation | HDF5, FITS, figures |
 //!
@@ -47,6 +48,7 @@ pub mod imaging;
 pub mod inference;
 pub mod io;
 pub mod mapping;
+pub mod mock;
 pub mod numerics;
 pub mod pipeline;
 pub mod plot;

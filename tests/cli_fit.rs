@@ -17,7 +17,6 @@ use serde_json::Value;
 
 /// A model of few parameters for the image of [`image`].
 const MODEL: &str = r#"name = "small"
-pixel_sampling = "point"
 
 [[lens]]
 profile = "EPL"
@@ -64,6 +63,7 @@ fn image() -> ImageFile {
             psf_truncation_sigma: Some(camera.psf_truncation_sigma),
             z_lens: Some(0.5),
             z_source: Some(1.5),
+            pixel_sampling: Some(PixelSampling::Point),
         },
         psf: None,
         mask: None,
@@ -99,6 +99,8 @@ fn a_fit_finds_what_the_image_was_made_with_on_any_number_of_threads() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
     assert!(posterior(&folder, "fit1") == posterior(&folder, "fit2"), "posteriors differ");
+    let fitted = std::fs::read_to_string(folder.path("fit1/model.toml")).unwrap();
+    assert!(fitted.contains("pixel_sampling = \"point\""), "PIXSAMP of the image is not heeded: {fitted}");
     let summary = summary(&folder, "fit1");
     for key in ["chi2_reduced", "seconds", "evaluations", "worst_r_hat", "worst_ess", "log_likelihood"] {
         assert!(summary[key].is_number(), "{key}: {}", summary[key]);
@@ -222,7 +224,7 @@ fn models_that_cannot_be_meant_are_refused() {
     assert_refused(
         &edited("[[source]]", "[[sorce]]"),
         "small.toml",
-        &["sorce", "small.toml", "line 12", "column", list],
+        &["sorce", "small.toml", "line 11", "column", list],
     );
     let flat = edited("uniform = [0.5, 2.0]", "uniform = [0.5, 0.5]");
     assert_refused(&flat, "small.toml", &["prior of lens.theta_E", "above the lower edge", list]);

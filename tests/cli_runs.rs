@@ -162,6 +162,26 @@ fn a_line_of_sight_without_haloes_is_simulated_as_empty_space() {
 }
 
 #[test]
+fn curves_enclose_the_einstein_disc_and_lie_in_every_file_that_was_asked_for() {
+    let folder = folder();
+    fs::write(folder.path("small.toml"), format!("{SMALL}[instrument]\npixel_scale_arcsec = 0.4\n")).unwrap();
+    succeeds(&folder, "simulate small.toml --curves -o run");
+    succeeds(&folder, "map small.toml --curves -o maps.h5");
+    let all = haloray::io::RunFile::open(&folder.path("run/run.h5")).unwrap();
+    let of_maps = haloray::io::RunFile::open(&folder.path("maps.h5")).unwrap();
+    for (file, group) in
+        [(&all, "images/all_haloes/curves"), (&all, "images/tidal_haloes/curves"), (&of_maps, "curves")]
+    {
+        let curves = haloray::io::read_curves(file, group).unwrap();
+        let radius = curves.einstein_radius_arcsec().unwrap();
+        assert!((radius - 1.5).abs() < 0.1, "{group}: {radius}");
+    }
+    succeeds(&folder, "map small.toml -o plain.h5");
+    let plain = haloray::io::RunFile::open(&folder.path("plain.h5")).unwrap();
+    assert!(!plain.names("").unwrap().contains(&"curves".to_string()));
+}
+
+#[test]
 fn a_refused_run_leaves_an_earlier_one_as_it_was() {
     let folder = folder();
     succeeds(&folder, "simulate small.toml -o run");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Rooms in dependency order, as in docs/ARCHITECTURE.md.
-const ROOMS: [&str; 15] = [
+const ROOMS: [&str; 16] = [
     "constants",
     "error",
     "numerics",
@@ -15,6 +15,7 @@ const ROOMS: [&str; 15] = [
     "diagnostics",
     "imaging",
     "inference",
+    "mock",
     "config",
     "pipeline",
     "io",

@@ -89,6 +89,17 @@ fn nuts_needs_no_metric() {
 }
 
 #[test]
+fn nuts_stops_unconverged_when_its_gradients_are_used_up() {
+    let target = Normal::correlated(8);
+    let starts = [vec![0.0; 8]];
+    let problem = Problem { likelihood: &target, starts: &starts, metric: None };
+    let limited = NutsSettings { max_gradients: 1, block_draws: 20, ..NutsSettings::default() };
+    let (run, progress) = run(SamplerSettings::Nuts(limited), &problem, 2);
+    assert!(progress.is_finished && !progress.is_converged);
+    assert_eq!(run.chains().draws(), 20);
+}
+
+#[test]
 fn all_samplers_agree_on_a_banana_and_at_an_edge() {
     for (likelihood, start) in [(&Banana as &dyn LatentLikelihood, [0.3, 0.1]), (&Truncated, [0.3, 0.1])] {
         let starts = [start.to_vec()];

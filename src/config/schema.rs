@@ -147,6 +147,9 @@ pub struct DiagnosticsConfig {
     pub delta_threshold: f64,
     /// Haloes with κ_h above this are reported.
     pub kappa_warning: f64,
+    /// Trace critical curves and caustics of the main lens through the haloes and draw them over images and maps.
+    #[serde(default)]
+    pub critical_curves: bool,
 }
 
 /// The main lens, an elliptical power law.

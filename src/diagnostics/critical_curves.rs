@@ -99,6 +99,15 @@ impl CriticalCurves {
         Self { curves }
     }
 
+    /// The same curves with caustics counted from `origin_arcsec` in the source plane.
+    pub fn about(&self, origin_arcsec: [f64; 2]) -> Self {
+        let mut curves = self.clone();
+        for beta in curves.curves.iter_mut().flat_map(|curve| &mut curve.beta_arcsec) {
+            *beta = [beta[0] - origin_arcsec[0], beta[1] - origin_arcsec[1]];
+        }
+        curves
+    }
+
     /// √(area/π) inside the tangential critical curves, arcsec; `None` where none is closed.
     ///
     /// For an isothermal ellipsoid this is its Einstein radius, whatever its ellipticity; shear and line of sight enter.

@@ -18,6 +18,16 @@ pub enum PixelSampling {
     Adaptive,
 }
 
+impl PixelSampling {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Adaptive => "adaptive",
+        }
+    }
+}
+
 /// Flux of every pixel of `grid` in flux units (surface brightness times pixel area), before PSF and noise.
 ///
 /// Adaptive: each pixel's ray is traced with second derivatives, β(θ+δ) = β + Aδ + ½b:δδ, and the brightness of

@@ -1,5 +1,6 @@
 //! Point-spread functions and convolution.
 
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result, require};
@@ -79,6 +80,7 @@ impl Psf {
 }
 
 /// One-dimensional convolution along x, pixels beyond an edge taken as that of the edge.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn convolve_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
     let radius = weights.len() / 2;
     let mut out = vec![0.0; n * n];
@@ -95,6 +97,7 @@ fn convolve_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
 }
 
 /// The same along y.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn convolve_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; n * n];
     for (y, out) in out.chunks_exact_mut(n).enumerate() {
@@ -107,6 +110,7 @@ fn convolve_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
 }
 
 /// The transpose of [`convolve_rows`].
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn gather_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
     let radius = weights.len() / 2;
     let mut out = vec![0.0; n * n];
@@ -124,6 +128,7 @@ fn gather_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
 }
 
 /// The transpose of [`convolve_columns`].
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn gather_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; n * n];
     for (y, row) in image.chunks_exact(n).enumerate() {
@@ -140,6 +145,7 @@ fn edge_row(y: usize, k: usize, n: usize, weights: &[f64]) -> usize {
     (y + k).saturating_sub(weights.len() / 2).min(n - 1)
 }
 
+#[inline(always)]
 fn add_scaled(out: &mut [f64], row: &[f64], factor: f64) {
     out.iter_mut().zip(row).for_each(|(out, v)| *out += factor * v);
 }

@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::observation::Observation;
-use crate::numerics::real::{LANES, Lanes};
+use crate::numerics::real::{LANES, Lanes, Real};
 
 /// Which likelihood.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -54,45 +54,58 @@ impl LikelihoodKind {
     }
 }
 
-/// Variance of a pixel and its derivative by the model.
-#[inline(always)]
-fn variance(model: f64, background: f64, per_exposure: f64) -> [f64; 2] {
-    if model > 0.0 { [model * per_exposure + background, per_exposure] } else { [background, 0.0] }
+/// Variance of the background and that of one e⁻/s of signal, 1/exposure.
+#[derive(Clone, Copy)]
+struct Noise {
+    background: f64,
+    per_exposure: f64,
 }
 
-/// ℓ and its first two derivatives by m, without the constant −½ ln 2π.
-#[inline(always)]
-fn pixel(data: f64, model: f64, background: f64, per_exposure: f64) -> [f64; 3] {
-    let [v, dv] = variance(model, background, per_exposure);
-    let (inverse, r) = (1.0 / v, data - model);
+impl Noise {
+    fn of(observation: &Observation) -> Self {
+        Self {
+            background: observation.background_rms_e_s.powi(2),
+            per_exposure: 1.0 / observation.exposure_s,
+        }
+    }
+
+    /// Variance at a model and its derivative by the model.
+    #[inline(always)]
+    fn variance(self, model: Lanes) -> [Lanes; 2] {
+        let slope = Lanes::splat(self.per_exposure).unless_below(model, f64::MIN_POSITIVE, 0.0);
+        [model.max(0.0) * self.per_exposure + self.background, slope]
+    }
+}
+
+/// ℓ, ℓ′ and −ℓ″ of some pixels, without the constant −½ ln 2π.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn expand_lanes(noise: Noise, data: &Lanes, model: &Lanes) -> [Lanes; 3] {
+    let [v, dv] = noise.variance(*model);
+    let (inverse, r) = (Lanes::splat(1.0) / v, *data - *model);
     let w = dv * inverse;
     let pull = r * inverse;
-    let first = pull + 0.5 * dv * pull * pull - 0.5 * w;
-    let second = -inverse - 2.0 * pull * w - pull * pull * dv * w + 0.5 * w * w;
-    [-0.5 * (r * pull + crate::numerics::elementary::ln(v)), first, second]
+    let first = pull + (dv * pull * pull - w) * 0.5;
+    let curvature = inverse + pull * w * 2.0 + pull * pull * dv * w - w * w * 0.5;
+    [(r * pull + v.ln()) * -0.5, first, curvature]
 }
 
-/// f = 1/v + ½(v′/v)², the Fisher information of m, and f′.
-#[inline(always)]
-fn information(model: f64, background: f64, per_exposure: f64) -> [f64; 2] {
-    let [v, dv] = variance(model, background, per_exposure);
-    let (inverse, w) = (1.0 / v, dv / v);
-    [inverse + 0.5 * w * w, -inverse * w - w * w * w]
-}
-
-/// Fisher information of the model flux in every pixel and its derivative, 0 where it is not used.
+/// Fisher information f = 1/v + ½(v′/v)² of the model flux in every pixel and f′, 0 where it is not used.
 pub(crate) fn informations(observation: &Observation, model: &[f64]) -> [Vec<f64>; 2] {
-    let (background, per_exposure) = noise(observation);
-    let pixels = || model.iter().zip(&observation.used);
-    let of = |m: f64, used: bool| if used { information(m, background, per_exposure) } else { [0.0; 2] };
-    [
-        pixels().map(|(m, used)| of(*m, *used)[0]).collect(),
-        pixels().map(|(m, used)| of(*m, *used)[1]).collect(),
-    ]
+    let mut out = [vec![0.0; model.len()], vec![0.0; model.len()]];
+    inform_pixels(Noise::of(observation), &observation.used, model, &mut out);
+    out
 }
 
-fn noise(observation: &Observation) -> (f64, f64) {
-    (observation.background_rms_e_s.powi(2), 1.0 / observation.exposure_s)
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn inform_pixels(noise: Noise, used: &[bool], model: &[f64], [f, df]: &mut [Vec<f64>; 2]) {
+    for start in (0..model.len()).step_by(LANES) {
+        let [v, dv] = noise.variance(Lanes::load(model, start));
+        let inverse = Lanes::splat(1.0) / v;
+        let w = dv * inverse;
+        let used = Lanes::load_flags(used, start);
+        (inverse + w * w * 0.5).unless_below(used, 1.0, 0.0).store(f, start);
+        (-(inverse * w) - w * w * w).unless_below(used, 1.0, 0.0).store(df, start);
+    }
 }
 
 /// Σ aⱼBⱼ.
@@ -149,45 +162,21 @@ fn expand(
     let model = combine(lights, amplitudes.as_slice());
     let n = model.len();
     let mut out = Expansion { value: 0.0, first: vec![0.0; n], curvature: vec![0.0; n] };
-    let pixels = Pixels { data: &observation.data_e_s, used: &observation.used, noise: noise(observation) };
-    out.value = expand_pixels(&pixels, &model, &mut out.first, &mut out.curvature);
+    let (noise, mut sum) = (Noise::of(observation), Lanes::ZERO);
+    for start in (0..n).step_by(LANES) {
+        let used = Lanes::load_flags(&observation.used, start);
+        let (data, model) = (Lanes::load(&observation.data_e_s, start), Lanes::load(&model, start));
+        let [value, first, curvature] =
+            expand_lanes(noise, &data, &model).map(|v| v.unless_below(used, 1.0, 0.0));
+        sum += value;
+        first.store(&mut out.first, start);
+        curvature.store(&mut out.curvature, start);
+    }
+    out.value = sum.sum();
     for (a, [mean, sd]) in amplitudes.iter().zip(priors) {
         out.value -= 0.5 * ((a - mean) / sd).powi(2);
     }
     out
-}
-
-/// What the loop over pixels reads: data, mask, background variance and 1/exposure.
-struct Pixels<'a> {
-    data: &'a [f64],
-    used: &'a [bool],
-    noise: (f64, f64),
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn expand_pixels(pixels: &Pixels, model: &[f64], first: &mut [f64], curvature: &mut [f64]) -> f64 {
-    let (background, per_exposure) = pixels.noise;
-    let mut sum = Lanes::ZERO;
-    for start in (0..model.len()).step_by(LANES) {
-        let mut values = [Lanes::ZERO; 3];
-        let (data, model) = (Lanes::load(pixels.data, start), Lanes::load(model, start));
-        for i in 0..LANES {
-            let [value, one, two] = pixel(data.0[i], model.0[i], background, per_exposure);
-            (values[0].0[i], values[1].0[i], values[2].0[i]) = (value, one, -two);
-        }
-        for (i, used) in pixels.used[start..].iter().take(LANES).enumerate() {
-            if !used {
-                values.iter_mut().for_each(|v| v.0[i] = 0.0);
-            }
-        }
-        for i in pixels.used.len().saturating_sub(start)..LANES {
-            values[0].0[i] = 0.0;
-        }
-        sum += values[0];
-        values[1].store(first, start);
-        values[2].store(curvature, start);
-    }
-    sum.sum()
 }
 
 fn marginalised(
@@ -294,16 +283,37 @@ fn least_squares(
 
 /// 1/(max(d, 0)/t + σ²), 0 where the pixel is not used.
 fn data_weights(observation: &Observation) -> Vec<f64> {
-    let (background, per_exposure) = noise(observation);
-    let pixels = observation.data_e_s.iter().zip(&observation.used);
-    pixels
-        .map(|(d, used)| if *used { 1.0 / variance(*d, background, per_exposure)[0] } else { 0.0 })
-        .collect()
+    let mut weight = vec![0.0; observation.data_e_s.len()];
+    weigh_pixels(Noise::of(observation), observation, &mut weight);
+    weight
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn weigh_pixels(noise: Noise, observation: &Observation, weight: &mut [f64]) {
+    for start in (0..weight.len()).step_by(LANES) {
+        let [v, _] = noise.variance(Lanes::load(&observation.data_e_s, start));
+        let used = Lanes::load_flags(&observation.used, start);
+        (Lanes::splat(1.0) / v).unless_below(used, 1.0, 0.0).store(weight, start);
+    }
+}
+
+/// −½(d−m)²/v(m) over all pixels, and its derivative by m in each.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn pull_pixels(noise: Noise, observation: &Observation, model: &[f64], first: &mut [f64]) -> f64 {
+    let mut sum = Lanes::ZERO;
+    for start in (0..model.len()).step_by(LANES) {
+        let [v, dv] = noise.variance(Lanes::load(model, start));
+        let r = Lanes::load(&observation.data_e_s, start) - Lanes::load(model, start);
+        let pull = r / v;
+        let used = Lanes::load_flags(&observation.used, start);
+        sum += (r * pull * -0.5).unless_below(used, 1.0, 0.0);
+        (pull + dv * pull * pull * 0.5).unless_below(used, 1.0, 0.0).store(first, start);
+    }
+    sum.sum()
 }
 
 fn solved(observation: &Observation, lights: &[Vec<f64>], with_adjoint: bool) -> Option<ImageFit> {
     let k = lights.len();
-    let (background, per_exposure) = noise(observation);
     let weight = data_weights(observation);
     let weighted: Vec<f64> = weight.iter().zip(&observation.data_e_s).map(|(w, d)| w * d).collect();
     let factor = products(lights, &weight).cholesky()?;
@@ -314,13 +324,7 @@ fn solved(observation: &Observation, lights: &[Vec<f64>], with_adjoint: bool) ->
     let model = combine(lights, a.as_slice());
     let n = model.len();
     let mut first = vec![0.0; n];
-    let mut parts = [0.0; 8];
-    for i in (0..n).filter(|i| observation.used[*i]) {
-        let [v, dv] = variance(model[i], background, per_exposure);
-        let pull = (observation.data_e_s[i] - model[i]) / v;
-        parts[i % 8] -= 0.5 * pull * pull * v;
-        first[i] = pull + 0.5 * dv * pull * pull;
-    }
+    let log_likelihood = pull_pixels(Noise::of(observation), observation, &model, &mut first);
     let mut adjoint = Vec::new();
     if with_adjoint {
         let y = factor.solve(&project(lights, &first));
@@ -333,5 +337,5 @@ fn solved(observation: &Observation, lights: &[Vec<f64>], with_adjoint: bool) ->
             }
         }
     }
-    Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood: parts.iter().sum(), adjoint })
+    Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood, adjoint })
 }

@@ -63,8 +63,8 @@ impl Prior {
                 require(sd > 0.0, &what("standard deviation of ln"), sd, "positive")?;
             }
         }
-        let [a, b] = self.window();
-        require(b - a > 0.0, &what("probability between low and high"), b - a, "positive")
+        let inside = self.window().inside;
+        require(inside > 0.0, &what("probability between low and high"), inside, "positive")
     }
 
     /// The edges of its support, infinite where there is none.
@@ -85,12 +85,14 @@ impl Prior {
             let value = if z < 0.0 { low + width * ndtr(z) } else { high - width * ndtr(-z) };
             return [value, width * density(z)];
         }
-        let [a, b] = self.window();
-        let (y, dy) = if a == 0.0 && b == 1.0 {
+        let (y, dy) = if self.low.is_none() && self.high.is_none() {
             (z, 1.0)
         } else {
-            let y = ndtri((a + (b - a) * ndtr(z)).clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON / 2.0));
-            (y, (b - a) * density(z) / density(y))
+            // From the nearer tail, which keeps all digits there.
+            let Window { below, inside, above } = self.window();
+            let tail = |outside: f64, p: f64| ndtri((outside + inside * p).max(f64::MIN_POSITIVE));
+            let y = if z < 0.0 { tail(below, ndtr(z)) } else { -tail(above, ndtr(-z)) };
+            (y, inside * density(z) / density(y))
         };
         match self.shape {
             PriorShape::Normal([mean, sd]) => [mean + sd * y, sd * dy],
@@ -104,12 +106,14 @@ impl Prior {
 
     /// The latent coordinate of a value, kept within ±8.
     pub fn to_latent(&self, value: f64) -> f64 {
+        let y = self.standardise(value);
         let z = match self.shape {
-            PriorShape::Uniform([low, high]) => ndtri(((value - low) / (high - low)).clamp(0.0, 1.0)),
+            PriorShape::Uniform(_) => ndtri(y.clamp(0.0, 1.0)),
+            _ if self.low.is_none() && self.high.is_none() => y,
             _ => {
-                let [a, b] = self.window();
-                let y = self.standardise(value);
-                if a == 0.0 && b == 1.0 { y } else { ndtri(((ndtr(y) - a) / (b - a)).clamp(0.0, 1.0)) }
+                let Window { below, inside, above } = self.window();
+                let tail = |outside: f64, p: f64| ndtri(((p - outside) / inside).clamp(0.0, 1.0));
+                if y < 0.0 { tail(below, ndtr(y)) } else { -tail(above, ndtr(-y)) }
             }
         };
         if z.is_nan() { 0.0 } else { z.clamp(-8.0, 8.0) }
@@ -124,11 +128,20 @@ impl Prior {
         }
     }
 
-    /// Probability below each edge of the shape that is not cut.
-    fn window(&self) -> [f64; 2] {
-        let below = |edge: Option<f64>, open: f64| edge.map_or(open, |v| ndtr(self.standardise(v)));
-        [below(self.low, 0.0), below(self.high, 1.0)]
+    /// How the edges divide the probability of the shape that is not cut.
+    fn window(&self) -> Window {
+        let edge = |v: Option<f64>, open: f64| v.map_or(open, |v| self.standardise(v));
+        let (low, high) = (edge(self.low, f64::NEG_INFINITY), edge(self.high, f64::INFINITY));
+        let inside = if low > 0.0 { ndtr(-low) - ndtr(-high) } else { ndtr(high) - ndtr(low) };
+        Window { below: ndtr(low), inside, above: ndtr(-high) }
     }
+}
+
+/// Probabilities below, between and above the edges of a prior.
+struct Window {
+    below: f64,
+    inside: f64,
+    above: f64,
 }
 
 /// The standard normal density.

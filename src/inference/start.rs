@@ -9,6 +9,7 @@ use super::latent::LatentLikelihood;
 use super::observation::Observation;
 use crate::error::{Error, Result};
 use crate::numerics::random::{Stage, stream};
+use crate::profile::mass::mean_convergence;
 
 /// The best maximum of the posterior that was found.
 #[derive(Debug, Clone)]
@@ -25,18 +26,19 @@ pub struct Start {
 
 /// Einstein radii tried, and random shapes for each.
 const RADII: usize = 10;
-const SHAPES: u64 = 3;
+const SHAPES: u64 = 5;
 /// Iterations of a rough search, and of the final one of the best few.
 const ROUGH_ITERATIONS: usize = 12;
 const FINAL_ITERATIONS: usize = 200;
-const FINALISTS: usize = 4;
+const FINALISTS: usize = 5;
 /// Spread of the guesses for what the image says nothing about beforehand, in latent standard deviations.
 const GUESS_SPREAD: f64 = 0.25;
 
 /// Searches the posterior's highest maximum.
 ///
 /// Sizes are guessed from the image: Einstein radii from 3 pixels to its edge in logarithmic steps, source radii as a
-/// quarter of them, lens light as wide as half of the light. Everything else is guessed around its prior median.
+/// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
+/// guessed around its prior median.
 ///
 /// # Errors
 /// When the model cannot be evaluated at any guess: priors that exclude everything.
@@ -45,14 +47,14 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
     let mut rough: Vec<(Start, usize)> = guesses
         .into_par_iter()
         .enumerate()
-        .filter_map(|(i, latent)| Some((climb(likelihood, latent, ROUGH_ITERATIONS)?, i)))
+        .filter_map(|(i, latent)| Some((rough_climb(likelihood, latent)?, i)))
         .collect();
     rough.sort_by(|a, b| b.0.log_posterior.total_cmp(&a.0.log_posterior).then(a.1.cmp(&b.1)));
     let evaluations: u64 = rough.iter().map(|(start, _)| start.evaluations).sum();
     let finals: Vec<Start> = rough
         .into_par_iter()
         .take(FINALISTS)
-        .filter_map(|(start, _)| climb(likelihood, start.latent, FINAL_ITERATIONS))
+        .filter_map(|(start, _)| climb(likelihood, start.latent, &[], FINAL_ITERATIONS))
         .collect();
     let all = evaluations + finals.iter().map(|start| start.evaluations).sum::<u64>();
     let best = finals.into_iter().reduce(|a, b| if b.log_posterior > a.log_posterior { b } else { a });
@@ -65,7 +67,7 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
 /// # Errors
 /// When the model cannot be evaluated there.
 pub(super) fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Start> {
-    climb(likelihood, latent, FINAL_ITERATIONS).ok_or_else(|| no_model(likelihood))
+    climb(likelihood, latent, &[], FINAL_ITERATIONS).ok_or_else(|| no_model(likelihood))
 }
 
 fn no_model(likelihood: &ImageLikelihood) -> Error {
@@ -85,19 +87,47 @@ fn guess(likelihood: &ImageLikelihood, seed: u64, number: u64) -> Vec<f64> {
     let mut rng = stream(seed, number, Stage::Start, 0);
     let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
     let free = likelihood.model.free.iter();
-    free.map(|parameter| {
-        let (part, own) = parameter.name.split_once('.').unwrap_or(("", &parameter.name));
-        let own_guess = match (part.trim_end_matches(char::is_numeric), own) {
-            ("lens", "theta_E") => Some(einstein_radius),
-            ("source", "R_sersic") => Some(0.25 * einstein_radius * (0.5 * random()).exp()),
-            ("source", "n_sersic") => Some(2.0 * (0.4 * random()).exp()),
-            ("lens_light", "R_sersic") => Some(half_light_radius(observation) * (0.3 * random()).exp()),
-            ("lens_light", "n_sersic") => Some(3.0),
-            _ => None,
-        };
-        own_guess.map_or_else(|| GUESS_SPREAD * random(), |v| parameter.prior.to_latent(v).clamp(-5.0, 5.0))
-    })
-    .collect()
+    let latent: Vec<f64> = free
+        .map(|parameter| {
+            let (part, own) = parameter.name.split_once('.').unwrap_or(("", &parameter.name));
+            let own_guess = match (part.trim_end_matches(char::is_numeric), own) {
+                ("lens", "theta_E") => Some(einstein_radius),
+                ("lens", "R_sersic") => Some(half_light_radius(observation) * (0.3 * random()).exp()),
+                ("lens", "n_sersic") => Some(4.0),
+                ("source", "R_sersic") => Some(0.25 * einstein_radius * (0.5 * random()).exp()),
+                ("source", "n_sersic") => Some(1.5 * (0.3 * random()).exp()),
+                ("lens_light", "R_sersic") => Some(half_light_radius(observation) * (0.3 * random()).exp()),
+                ("lens_light", "n_sersic") => Some(3.0),
+                ("", _) => Some(0.0),
+                _ => None,
+            };
+            own_guess
+                .map_or_else(|| GUESS_SPREAD * random(), |v| parameter.prior.to_latent(v).clamp(-5.0, 5.0))
+        })
+        .collect();
+    with_einstein_radius(likelihood, latent, einstein_radius)
+}
+
+/// The guess with the strengths of its lenses scaled by one factor, so that the mean convergence inside
+/// `einstein_radius` is one; lenses that have that radius as a parameter have it already.
+fn with_einstein_radius(
+    likelihood: &ImageLikelihood,
+    mut latent: Vec<f64>,
+    einstein_radius: f64,
+) -> Vec<f64> {
+    let model = &likelihood.model;
+    let values = model.at_latent(&latent).0;
+    let Ok(lenses) = model.lenses(&values) else { return latent };
+    let factor = 1.0 / mean_convergence(&lenses, [0.0, 0.0], einstein_radius);
+    if !(factor.is_finite() && factor > 0.0) {
+        return latent;
+    }
+    for ((parameter, value), z) in model.free.iter().zip(values).zip(&mut latent) {
+        if [".k_eff", ".alpha_Rs"].iter().any(|strength| parameter.name.ends_with(strength)) {
+            *z = parameter.prior.to_latent(factor * value).clamp(-3.0, 3.0);
+        }
+    }
+    latent
 }
 
 /// Radius about the centre of the image that holds half of its light.
@@ -118,8 +148,14 @@ fn half_light_radius(observation: &Observation) -> f64 {
     inside.map_or(1.0, |(radius, _)| *radius).max(observation.grid.pixel_scale_arcsec())
 }
 
-/// Levenberg–Marquardt on ln L − ½|z|² with the Fisher matrix; `None` where the start has no likelihood.
-fn climb(likelihood: &ImageLikelihood, mut latent: Vec<f64>, iterations: usize) -> Option<Start> {
+/// Levenberg–Marquardt on ln L − ½|z|² with the Fisher matrix, the coordinates `held` staying where they are; `None` where
+/// the start has no likelihood.
+fn climb(
+    likelihood: &ImageLikelihood,
+    mut latent: Vec<f64>,
+    held: &[bool],
+    iterations: usize,
+) -> Option<Start> {
     /// A latent coordinate moves by no more than this at once.
     const LONGEST: f64 = 1.0;
     /// Gain of ln p below which the climb ends, and the damping above which no step helps.
@@ -128,7 +164,7 @@ fn climb(likelihood: &ImageLikelihood, mut latent: Vec<f64>, iterations: usize) 
     let mut here = likelihood.curvature(&latent)?;
     let (mut damping, mut evaluations) = (1e-2, 1);
     for _ in 0..iterations {
-        let step = damped_step(&here, damping)?;
+        let step = damped_step(&here, held, damping)?;
         let scale = (LONGEST / step.amax()).min(1.0);
         let moved: Vec<f64> = latent.iter().zip(step.iter()).map(|(z, s)| z + scale * s).collect();
         evaluations += 1;
@@ -148,11 +184,32 @@ fn climb(likelihood: &ImageLikelihood, mut latent: Vec<f64>, iterations: usize) 
     Some(Start { latent, log_posterior: here.log_posterior, metric: here.metric, evaluations })
 }
 
-fn damped_step(here: &Curvature, damping: f64) -> Option<DVector<f64>> {
+/// A rough search: first with the line of sight empty and the sources smooth, whose cusps would hold on to the first
+/// pixels they meet, then with everything free.
+fn rough_climb(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Option<Start> {
+    let smooth = climb(likelihood, latent, &held_at_first(likelihood), ROUGH_ITERATIONS)?;
+    let free = climb(likelihood, smooth.latent, &[], ROUGH_ITERATIONS)?;
+    Some(Start { evaluations: free.evaluations + smooth.evaluations, ..free })
+}
+
+/// Whether a parameter belongs to the line of sight or is the Sérsic index of a source.
+fn held_at_first(likelihood: &ImageLikelihood) -> Vec<bool> {
+    let is_held =
+        |name: &str| !name.contains('.') || (name.starts_with("source") && name.ends_with("n_sersic"));
+    likelihood.model.free.iter().map(|parameter| is_held(&parameter.name)).collect()
+}
+
+fn damped_step(here: &Curvature, held: &[bool], damping: f64) -> Option<DVector<f64>> {
     let mut matrix = here.metric.clone();
+    let mut gradient = here.gradient.clone();
     for i in 0..matrix.nrows() {
         matrix[(i, i)] *= 1.0 + damping;
     }
-    let step = matrix.cholesky()?.solve(&here.gradient);
+    for i in (0..held.len()).filter(|i| held[*i]) {
+        matrix.row_mut(i).fill(0.0);
+        matrix.column_mut(i).fill(0.0);
+        (matrix[(i, i)], gradient[i]) = (1.0, 0.0);
+    }
+    let step = matrix.cholesky()?.solve(&gradient);
     step.iter().all(|s| s.is_finite()).then_some(step)
 }

@@ -9,6 +9,7 @@ use super::atomic_file::write_atomically;
 use super::fits_file as fits;
 use super::image_wcs::{pixel_scale_arcsec as scale_of, push_wcs};
 use crate::error::{Error, Result, require};
+use crate::imaging::PixelSampling;
 
 /// What the header says about the exposure; a keyword that is absent is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -25,9 +26,11 @@ pub struct ExposureKeywords {
     pub z_lens: Option<f64>,
     /// `ZSOURCE`, redshift of the source.
     pub z_source: Option<f64>,
+    /// `PIXSAMP`, how the pixels were integrated where the image was simulated: `point` or `adaptive`.
+    pub pixel_sampling: Option<PixelSampling>,
 }
 
-/// Name, comment and value of each keyword; the one list both ways use.
+/// Name, comment and value of each keyword that is a number; the one list both ways use.
 type KeywordOf<V> = [(&'static str, &'static str, V); 6];
 
 impl ExposureKeywords {
@@ -99,6 +102,7 @@ impl ImageFile {
         for (name, _, value) in keywords.named() {
             *value = fits::number(path, &unit.header, name)?;
         }
+        keywords.pixel_sampling = pixel_sampling(path, &unit.header)?;
         let pixel_scale_arcsec = scale_of(path, &unit.header)?;
         Ok(Self { data, nx, ny, pixel_scale_arcsec, keywords, psf, mask })
     }
@@ -123,6 +127,9 @@ impl ImageFile {
                 fits::push_f64(header, name, value, comment);
             }
         }
+        if let Some(sampling) = keywords.pixel_sampling {
+            fits::push_text(header, SAMPLING, sampling.name(), "how pixels were integrated");
+        }
         push_wcs(header, self.nx, self.ny, self.pixel_scale_arcsec);
         fits::push_provenance(header, provenance);
         let mut units = vec![primary];
@@ -137,6 +144,16 @@ impl ImageFile {
         }
         write_atomically(path, |temporary| fits::write(temporary, units))
     }
+}
+
+const SAMPLING: &str = "PIXSAMP";
+
+fn pixel_sampling(path: &Path, header: &Header) -> Result<Option<PixelSampling>> {
+    let Some(given) = header.get_string(SAMPLING) else { return Ok(None) };
+    let all = [PixelSampling::Point, PixelSampling::Adaptive];
+    let found = all.into_iter().find(|sampling| sampling.name() == given.trim());
+    let fault = || Error::format(path, format!("{SAMPLING} is '{given}', but must be 'point' or 'adaptive'"));
+    found.map(Some).ok_or_else(fault)
 }
 
 fn image(nx: usize, ny: usize, pixels: PixelData) -> ImageData {
@@ -261,6 +278,7 @@ mod tests {
             background_rms_e_per_s: Some(0.005919973387690837),
             psf_fwhm_arcsec: Some(0.08),
             z_lens: Some(0.1 + 0.2),
+            pixel_sampling: Some(PixelSampling::Point),
             ..Default::default()
         };
         ImageFile {
@@ -336,6 +354,10 @@ mod tests {
         assert_eq!(
             fault(|units| units[0].header.set("BUNIT", text("adu"), None)),
             "BUNIT is 'adu', but must be 'electron/s': divide by gain and time"
+        );
+        assert_eq!(
+            fault(|units| units[0].header.set("PIXSAMP", text("fine"), None)),
+            "PIXSAMP is 'fine', but must be 'point' or 'adaptive'"
         );
         assert_eq!(
             fault(|units| units[0].header.set("EXPTIME", text("long"), None)),

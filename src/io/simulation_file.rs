@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::halo_table::halo_columns;
+use super::image_table::curve_table;
 use super::provenance::Provenance;
 use super::run_file::RunFile;
 use super::table::{Column, Values};
 use crate::config::Config;
-use crate::diagnostics::{HaloTidal, TidalMaps};
+use crate::diagnostics::{CriticalCurve, CriticalCurves, CurveKind, HaloTidal, TidalMaps};
 use crate::error::Result;
 use crate::imaging::Exposure;
 use crate::pipeline::{Haloes, Quantities, Simulation, Summary, View};
@@ -130,6 +131,53 @@ pub fn write_maps(file: &RunFile, group: &str, maps: &TidalMaps) -> Result<()> {
     file.attribute(group, "half_width_arcsec", maps.grid.half_width_arcsec)
 }
 
+/// Writes critical curves and caustics into `group`, one entry a vertex, with the centre of the source.
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn write_curves(
+    file: &RunFile,
+    group: &str,
+    curves: &CriticalCurves,
+    source_centre_arcsec: [f64; 2],
+) -> Result<()> {
+    file.group(group)?;
+    write_columns(file, group, curve_table(curves)?.columns())?;
+    file.attribute(group, "source_x_arcsec", source_centre_arcsec[0])?;
+    file.attribute(group, "source_y_arcsec", source_centre_arcsec[1])
+}
+
+/// Reads what [`write_curves`] wrote.
+///
+/// # Errors
+/// [`crate::Error::Format`] when the group is not of that form.
+pub fn read_curves(file: &RunFile, group: &str) -> Result<CriticalCurves> {
+    let column = |name: &str| file.read_1d(group, name);
+    let pair = |a: &str, b: &str| -> Result<Vec<[f64; 2]>> {
+        Ok(column(a)?.into_iter().zip(column(b)?).map(|(x, y)| [x, y]).collect())
+    };
+    let (theta, beta) = (pair("theta_x_arcsec", "theta_y_arcsec")?, pair("beta_x_arcsec", "beta_y_arcsec")?);
+    let (number, closed, kind) = (column("curve")?, column("closed")?, file.read_text(group, "kind")?);
+    let mut curves: Vec<CriticalCurve> = Vec::new();
+    let rows = number.into_iter().zip(closed).zip(kind).zip(theta.into_iter().zip(beta));
+    for (((n, closed), kind), (theta, beta)) in rows {
+        if n as usize == curves.len() {
+            let tangential = kind == CurveKind::Tangential.name();
+            curves.push(CriticalCurve {
+                kind: if tangential { CurveKind::Tangential } else { CurveKind::Radial },
+                closed: closed == 1.0,
+                theta_arcsec: Vec::new(),
+                beta_arcsec: Vec::new(),
+            });
+        }
+        if let Some(curve) = curves.last_mut() {
+            curve.theta_arcsec.push(theta);
+            curve.beta_arcsec.push(beta);
+        }
+    }
+    Ok(CriticalCurves { curves })
+}
+
 fn write_quantities(file: &RunFile, group: &str, quantities: &Quantities) -> Result<()> {
     file.group(group)?;
     quantities.0.iter().try_for_each(|(name, _, value)| file.attribute(group, name, *value))
@@ -137,6 +185,9 @@ fn write_quantities(file: &RunFile, group: &str, quantities: &Quantities) -> Res
 
 fn write_view(file: &RunFile, group: &str, run: &Simulation, view: &View) -> Result<()> {
     write_exposure(file, group, &view.exposure)?;
+    if let Some(curves) = &view.curves {
+        write_curves(file, &format!("{group}/curves"), curves, view.source_centre_arcsec)?;
+    }
     let [lens1, lens2] = run.shapes.lens_ellipticity;
     let [source1, source2] = run.shapes.source_ellipticity;
     for (name, value) in

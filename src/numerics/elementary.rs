@@ -4,6 +4,8 @@
 //! result, so AVX-512, AVX2 and plain code agree exactly. The polynomials are printed by
 //! `data/reference/make_polynomials.py`.
 
+use super::real::Real;
+
 const ARTANH: [f64; 7] = [
     0.333_333_333_333_333_5,
     0.199_999_999_999_488_26,
@@ -28,42 +30,55 @@ const ARCTAN: [f64; 11] = [
     -0.019_166_513_005_958_467,
 ];
 
+/// Σ cₙzⁿ as two sums in z², of even and odd n, which the processor adds side by side.
 #[inline(always)]
-fn horner<const N: usize>(coefficients: &[f64; N], z: f64) -> f64 {
-    let mut sum = coefficients[N - 1];
-    for c in coefficients[..N - 1].iter().rev() {
-        sum = sum * z + c;
+fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], z: R) -> R {
+    let square = z * z;
+    let mut sums = [R::splat(coefficients[N - 2]), R::splat(coefficients[N - 1])];
+    for pair in coefficients[..N - 2].rchunks(2) {
+        if let [low, high] = pair {
+            sums = [sums[0] * square + *low, sums[1] * square + *high];
+        } else {
+            sums = [sums[1] * square + pair[0], sums[0]];
+        }
     }
-    sum
+    sums[0] + z * sums[1]
 }
 
 /// artanh(s)/s for |s| ≤ (√2−1)/(√2+1) = 0.1716, from z = s².
 #[inline(always)]
-pub fn artanh_over_argument(z: f64) -> f64 {
-    1.0 + z * horner(&ARTANH, z)
+pub fn artanh_over_argument<R: Real>(z: R) -> R {
+    z * polynomial(&ARTANH, z) + 1.0
 }
+
+const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
+const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// ln x for positive normal x (2.3e-308 < x < ∞); other arguments give an unspecified number.
 #[inline(always)]
-pub fn ln(x: f64) -> f64 {
-    // x = 2^e·m with m in [√½, √2); e is carried biased by 1023 so that all shifts are logical.
+pub fn ln<R: Real>(x: R) -> R {
+    let (m, e) = x.mantissa_and_exponent();
+    let s = (m + -1.0) / (m + 1.0);
+    e * LN2_HIGH + (s * 2.0 * artanh_over_argument(s * s) + e * LN2_LOW)
+}
+
+/// x = 2^e·m with m in [√½, √2), for positive normal x.
+#[inline(always)]
+pub fn mantissa_and_exponent(x: f64) -> (f64, f64) {
+    // e is carried biased by 1023 so that all shifts are logical.
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
     const TWO_POW_52_BITS: u64 = 0x4330_0000_0000_0000;
-    const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
-    const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
     let bits = x.to_bits();
     let biased = bits.wrapping_sub(SQRT_HALF_BITS).wrapping_add(ONE_BITS) >> 52;
     let m = f64::from_bits(bits.wrapping_sub(biased << 52).wrapping_add(ONE_BITS));
-    let e = f64::from_bits(biased | TWO_POW_52_BITS) - (4_503_599_627_370_496.0 + 1023.0);
-    let s = (m - 1.0) / (m + 1.0);
-    e * LN2_HIGH + (2.0 * s * artanh_over_argument(s * s) + e * LN2_LOW)
+    (m, f64::from_bits(biased | TWO_POW_52_BITS) - (4_503_599_627_370_496.0 + 1023.0))
 }
 
 /// arctan(t)/t for |t| ≤ tan(π/8) = √2 − 1, from z = t².
 #[inline(always)]
-pub fn arctan_over_argument(z: f64) -> f64 {
-    1.0 + z * horner(&ARCTAN, z)
+pub fn arctan_over_argument<R: Real>(z: R) -> R {
+    z * polynomial(&ARCTAN, z) + 1.0
 }
 
 /// arctan w for w ≥ 0.
@@ -96,18 +111,13 @@ pub fn arctan(w: f64) -> f64 {
     };
     let t = numerator / denominator;
     let z = t * t;
-    offset + (t + t * z * horner(&ARCTAN, z))
+    offset + (t + t * z * polynomial(&ARCTAN, z))
 }
 
-/// eˣ; arguments beyond ±708 are taken as ±708.
+/// eˣ; 0 below −708, and arguments above 708 are taken as 708.
 #[inline(always)]
-pub fn exp(x: f64) -> f64 {
+pub fn exp<R: Real>(x: R) -> R {
     // x = k·ln 2 + r with |r| ≤ ½ ln 2, then the Taylor series: its first term left out is 4e-18.
-    const LOG2_E: f64 = std::f64::consts::LOG2_E;
-    const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
-    const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-    /// Adding 1.5·2⁵² rounds to an integer and leaves it in the low bits.
-    const ROUNDER: f64 = 6_755_399_441_055_744.0;
     const INVERSE_FACTORIALS: [f64; 12] = [
         1.0 / 2.0,
         1.0 / 6.0,
@@ -122,14 +132,21 @@ pub fn exp(x: f64) -> f64 {
         1.0 / 479_001_600.0,
         1.0 / 6_227_020_800.0,
     ];
-    let x = if x > 708.0 { 708.0 } else { x };
-    let x = if x < -708.0 { -708.0 } else { x };
-    let shifted = x * LOG2_E + ROUNDER;
-    let k = shifted - ROUNDER;
-    let r = (x - k * LN2_HIGH) - k * LN2_LOW;
-    let fraction = 1.0 + (r + r * r * horner(&INVERSE_FACTORIALS, r));
-    let power = shifted.to_bits().wrapping_add(1023) << 52;
-    fraction * f64::from_bits(power)
+    let clamped = x.clamp(-708.0, 708.0);
+    let shifted = clamped * std::f64::consts::LOG2_E + ROUNDER;
+    let k = shifted + -ROUNDER;
+    let r = (clamped - k * LN2_HIGH) - k * LN2_LOW;
+    let fraction = (r + r * r * polynomial(&INVERSE_FACTORIALS, r)) + 1.0;
+    (fraction * shifted.power_of_two()).unless_below(x, -708.0, 0.0)
+}
+
+/// Adding 1.5·2⁵² rounds to an integer and leaves it in the low bits.
+const ROUNDER: f64 = 6_755_399_441_055_744.0;
+
+/// 2ᵏ from k + 1.5·2⁵².
+#[inline(always)]
+pub fn power_of_two(shifted: f64) -> f64 {
+    f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)
 }
 
 #[cfg(test)]
@@ -161,7 +178,8 @@ mod tests {
             assert!((exp(x) / x.exp() - 1.0).abs() < RELATIVE, "{x}");
         }
         assert_eq!(exp(0.0), 1.0);
-        assert_eq!(exp(-1e9), exp(-708.0));
+        assert_eq!([exp(-1e9), exp(f64::NEG_INFINITY)], [0.0; 2]);
+        assert!(exp(f64::NAN).is_nan());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Numbers that the model kernels are written for: one `f64`, or eight side by side in SIMD registers.
+//! Numbers that the model kernels are written for: one `f64`, or several side by side in SIMD registers.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -22,13 +22,27 @@ pub trait Real:
     /// Square root.
     fn sqrt(self) -> Self;
     /// Natural logarithm of positive normal numbers.
-    fn ln(self) -> Self;
-    /// Exponential function, clamped to arguments within ±708.
-    fn exp(self) -> Self;
+    #[inline(always)]
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+    /// Exponential function, 0 below −708 and of 708 above.
+    #[inline(always)]
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+    /// x = 2^e·m with m in [√½, √2), for positive normal x.
+    fn mantissa_and_exponent(self) -> (Self, Self);
+    /// 2ᵏ from k + 1.5·2⁵².
+    fn power_of_two(self) -> Self;
+    /// The nearest number from `low` to `high`.
+    fn clamp(self, low: f64, high: f64) -> Self;
     /// The larger of the two.
     fn max(self, least: f64) -> Self;
     /// `value` where `test` is below `limit`, elsewhere this number.
     fn unless_below(self, test: Self, limit: f64, value: f64) -> Self;
+    /// `other` where `test` is below `limit`, elsewhere this number.
+    fn or_below(self, test: Self, limit: f64, other: Self) -> Self;
 }
 
 impl Real for f64 {
@@ -43,13 +57,18 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn ln(self) -> Self {
-        elementary::ln(self)
+    fn mantissa_and_exponent(self) -> (Self, Self) {
+        elementary::mantissa_and_exponent(self)
     }
 
     #[inline(always)]
-    fn exp(self) -> Self {
-        elementary::exp(self)
+    fn power_of_two(self) -> Self {
+        elementary::power_of_two(self)
+    }
+
+    #[inline(always)]
+    fn clamp(self, low: f64, high: f64) -> Self {
+        f64::clamp(self, low, high)
     }
 
     #[inline(always)]
@@ -61,12 +80,17 @@ impl Real for f64 {
     fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
         if test < limit { value } else { self }
     }
+
+    #[inline(always)]
+    fn or_below(self, test: Self, limit: f64, other: Self) -> Self {
+        if test < limit { other } else { self }
+    }
 }
 
-/// Numbers in [`Lanes`].
-pub const LANES: usize = 8;
+/// Numbers in [`Lanes`]: four AVX-512 registers, so that some work while others wait for a result.
+pub const LANES: usize = 32;
 
-/// Eight numbers, one per ray or pixel sample.
+/// [`LANES`] numbers, one per ray or pixel sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub struct Lanes(pub [f64; LANES]);
@@ -75,7 +99,7 @@ impl Lanes {
     /// Zero in every lane.
     pub const ZERO: Self = Self([0.0; LANES]);
 
-    /// Eight numbers from `values[start..]`; beyond the end the last one again.
+    /// [`LANES`] numbers from `values[start..]`; beyond the end the last one again.
     #[inline(always)]
     pub fn load(values: &[f64], start: usize) -> Self {
         match values.get(start..start + LANES) {
@@ -88,7 +112,7 @@ impl Lanes {
         }
     }
 
-    /// Eight numbers from `values[start..]`; beyond the end zero.
+    /// [`LANES`] numbers from `values[start..]`; beyond the end zero.
     #[inline(always)]
     pub fn load_or_zero(values: &[f64], start: usize) -> Self {
         match values.get(start..start + LANES) {
@@ -98,6 +122,16 @@ impl Lanes {
                 lanes
             }
             None => Self(std::array::from_fn(|i| values.get(start + i).copied().unwrap_or(0.0))),
+        }
+    }
+
+    /// One for each `true` of `flags[start..]`, zero elsewhere and beyond the end.
+    #[inline(always)]
+    pub fn load_flags(flags: &[bool], start: usize) -> Self {
+        let number = |flag: bool| f64::from(u8::from(flag));
+        match flags.get(start..start + LANES) {
+            Some(run) => Self(std::array::from_fn(|i| number(run[i]))),
+            None => Self(std::array::from_fn(|i| flags.get(start + i).map_or(0.0, |flag| number(*flag)))),
         }
     }
 
@@ -113,8 +147,15 @@ impl Lanes {
     /// Sum over the lanes, in a fixed order.
     #[inline(always)]
     pub fn sum(self) -> f64 {
-        let v = self.0;
-        ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]))
+        let mut parts = self.0;
+        let mut n = LANES;
+        while n > 1 {
+            n /= 2;
+            for i in 0..n {
+                parts[i] += parts[i + n];
+            }
+        }
+        parts[0]
     }
 
     #[inline(always)]
@@ -148,13 +189,22 @@ impl Real for Lanes {
     }
 
     #[inline(always)]
-    fn ln(self) -> Self {
-        self.map(elementary::ln)
+    fn mantissa_and_exponent(self) -> (Self, Self) {
+        let (mut m, mut e) = (self, self);
+        for (m, e) in m.0.iter_mut().zip(&mut e.0) {
+            (*m, *e) = elementary::mantissa_and_exponent(*m);
+        }
+        (m, e)
     }
 
     #[inline(always)]
-    fn exp(self) -> Self {
-        self.map(elementary::exp)
+    fn power_of_two(self) -> Self {
+        self.map(elementary::power_of_two)
+    }
+
+    #[inline(always)]
+    fn clamp(self, low: f64, high: f64) -> Self {
+        self.map(|v| v.clamp(low, high))
     }
 
     #[inline(always)]
@@ -165,6 +215,15 @@ impl Real for Lanes {
     #[inline(always)]
     fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
         self.zip(test, |v, test| if test < limit { value } else { v })
+    }
+
+    #[inline(always)]
+    fn or_below(self, test: Self, limit: f64, other: Self) -> Self {
+        let mut out = self;
+        for ((v, test), other) in out.0.iter_mut().zip(test.0).zip(other.0) {
+            *v = if test < limit { other } else { *v };
+        }
+        out
     }
 }
 
@@ -245,6 +304,7 @@ mod tests {
     #[test]
     fn a_short_run_repeats_its_last_number() {
         assert_eq!(Lanes::load(&[1.0, 2.0], 1).0, [2.0; LANES]);
-        assert_eq!(Lanes::splat(0.5).sum(), 4.0);
+        assert_eq!(Lanes::splat(0.5).sum(), 0.5 * LANES as f64);
+        assert_eq!(Lanes::load_flags(&[false, true], 1).sum(), 1.0);
     }
 }

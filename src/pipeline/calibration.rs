@@ -4,13 +4,13 @@
 //! posterior is uniform for every parameter (Talts et al. 2018, arXiv:1804.06788). The images come from the simulator
 //! of [`crate::imaging`], not from the forward model of the fit.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use nalgebra::Complex;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
+use statrs::function::gamma::gamma_ur;
 
+use super::one_core_each::one_core_each;
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
@@ -106,35 +106,6 @@ pub fn calibrate(
     Ok((model, fits?))
 }
 
-/// `work(0..number)` in order, each on one core: whole fits share the cores better than the chains of one.
-fn one_core_each<T: Send>(number: u64, work: impl Fn(u64) -> Result<T> + Sync) -> Result<Vec<T>> {
-    let next = AtomicU64::new(0);
-    let worker = || -> Result<Vec<(u64, T)>> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-        let pool =
-            pool.map_err(|e| Error::out_of_range("number of threads", 1, &format!("possible here ({e})")))?;
-        let mut done = Vec::new();
-        loop {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            if i >= number {
-                return Ok(done);
-            }
-            done.push((i, pool.install(|| work(i))?));
-        }
-    };
-    let parts: Vec<Result<Vec<(u64, T)>>> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(worker)).collect();
-        let join = |worker: std::thread::ScopedJoinHandle<_>| {
-            worker.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
-        };
-        workers.into_iter().map(join).collect()
-    });
-    let mut all: Vec<(u64, T)> =
-        parts.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
-    all.sort_by_key(|(i, _)| *i);
-    Ok(all.into_iter().map(|(_, result)| result).collect())
-}
-
 /// Parameters from the prior, the image with its noise, and a seed for the fit.
 fn system(model: &CompiledModel, seed: u64, number: u64) -> Result<(Vec<f64>, Observation, u64)> {
     let mut rng = stream(seed, number, Stage::LensAndSource, 0);
@@ -223,7 +194,8 @@ pub fn calibration_of(names: &[String], fits: &[CalibrationFit]) -> Vec<Paramete
             name: name.clone(),
             rank_counts,
             chi2,
-            p_value: statrs::function::gamma::gamma_ur(0.5 * (RANK_BINS - 1) as f64, 0.5 * chi2),
+            // statrs refuses χ² = 0.
+            p_value: if chi2 > 0.0 { gamma_ur(0.5 * (RANK_BINS - 1) as f64, 0.5 * chi2) } else { 1.0 },
             coverage: fits.iter().filter(|fit| fit.covered[i]).count() as f64 / number,
             mean_pull: fits.iter().map(pull).sum::<f64>() / number,
             median_standard_deviation: widths.get(fits.len() / 2).copied().unwrap_or(f64::NAN),

@@ -2,7 +2,9 @@
 
 mod advantage;
 mod calibration;
+mod catalogue;
 mod haloes;
+mod one_core_each;
 mod progress;
 mod relations;
 mod simulate;
@@ -16,11 +18,12 @@ pub use calibration::{
     CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, RANK_BINS, RANKED_DRAWS, calibrate,
     calibration_of,
 };
+pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-pub use view::{LensAndSource, View, line_of_sight};
+pub use view::{LensAndSource, View, critical_curves, line_of_sight, main_lens, source_centre};
 pub use view_fits::{ViewFit, fit_views};

@@ -5,7 +5,7 @@ use rand::RngExt;
 use super::haloes::Haloes;
 use super::progress::{Progress, Tracked};
 use crate::config::{Config, LightConfig, SheetModel};
-use crate::diagnostics::{EffectiveLineOfSight, ShearVariation, total_variation};
+use crate::diagnostics::{CriticalCurves, EffectiveLineOfSight, ShearVariation, SkyWindow, total_variation};
 use crate::error::Result;
 use crate::halo::{HaloCatalogue, mean_density_sheets};
 use crate::imaging::{Exposure, Psf, Scene, SkyGrid, expose};
@@ -59,6 +59,8 @@ pub struct View {
     pub source_centre_arcsec: [f64; 2],
     /// The image.
     pub exposure: Exposure,
+    /// Critical curves and caustics, where the configuration asks for them.
+    pub curves: Option<CriticalCurves>,
 }
 
 /// Sorts haloes into planes with the sheets of the configuration.
@@ -88,10 +90,9 @@ impl View {
         progress: &dyn Progress,
     ) -> Result<Self> {
         let z_lens = config.line_of_sight.z_lens;
-        let haloes_alone = line_of_sight.observer_to_source();
-        let lens_centre_arcsec = axis_position(&line_of_sight.observer_to(z_lens)?);
-        let source_centre_arcsec = axis_position(&haloes_alone);
-        let lens = main_lens(config, shapes, lens_centre_arcsec)?;
+        let lens_centre_arcsec = lens_centre(config, line_of_sight)?;
+        let source_centre_arcsec = source_centre(line_of_sight);
+        let lens = main_lens(config, shapes, line_of_sight)?;
         let source = light(config, &config.source, shapes.source_ellipticity, source_centre_arcsec)?;
         let lens_light = lens_light(config, shapes)?;
         let whole = line_of_sight.through_lens(&lens)?;
@@ -103,10 +104,18 @@ impl View {
         Ok(Self {
             number_of_haloes: line_of_sight.len(),
             effective: EffectiveLineOfSight::of(line_of_sight, z_lens)?,
-            variation: total_variation(&haloes_alone, config.diagnostics.theta_e_arcsec),
+            variation: total_variation(
+                &line_of_sight.observer_to_source(),
+                config.diagnostics.theta_e_arcsec,
+            ),
             lens_centre_arcsec,
             source_centre_arcsec,
             exposure: expose(&scene, grid, &config.instrument, psf, sampling, noise),
+            curves: config
+                .diagnostics
+                .critical_curves
+                .then(|| critical_curves(&whole, grid.half_width_arcsec()))
+                .transpose()?,
         })
     }
 }
@@ -115,10 +124,36 @@ fn axis_position(mapping: &impl Mapping) -> [f64; 2] {
     mapping.map(&[[0.0, 0.0]], Order::Position).beta_arcsec[0]
 }
 
-fn main_lens(config: &Config, shapes: &LensAndSource, centre_arcsec: [f64; 2]) -> Result<MainLens> {
+/// Centre of the main lens, where the haloes make it appear on the axis: −α_od(0), arcsec.
+fn lens_centre(config: &Config, line_of_sight: &LineOfSight) -> Result<[f64; 2]> {
+    Ok(axis_position(&line_of_sight.observer_to(config.line_of_sight.z_lens)?))
+}
+
+/// Centre of the source, where the haloes alone would make it appear on the axis: −α_os(0), arcsec.
+pub fn source_centre(line_of_sight: &LineOfSight) -> [f64; 2] {
+    axis_position(&line_of_sight.observer_to_source())
+}
+
+/// The main lens of the configuration, centred so that the haloes make it appear on the axis.
+///
+/// # Errors
+/// When it cannot be built from the configuration.
+pub fn main_lens(config: &Config, shapes: &LensAndSource, line_of_sight: &LineOfSight) -> Result<MainLens> {
+    let centre_arcsec = lens_centre(config, line_of_sight)?;
     let (radius, slope) = (config.lens.einstein_radius_arcsec, config.lens.slope);
     let profile = MassModel::Epl(Epl::new(radius, slope, shapes.lens_ellipticity, centre_arcsec)?);
     Ok(MainLens { z: config.line_of_sight.z_lens, profile })
+}
+
+/// Critical curves and caustics of a lens seen on the axis, out to `half_width_arcsec`.
+///
+/// # Errors
+/// A half width that is not positive and finite.
+pub fn critical_curves(mapping: &impl Mapping, half_width_arcsec: f64) -> Result<CriticalCurves> {
+    /// Of the first grid there are four times as many a side.
+    const CELLS: usize = 24;
+    let window = SkyWindow { cells: CELLS, ..SkyWindow::about_axis(half_width_arcsec, vec![[0.0; 2]])? };
+    Ok(CriticalCurves::of(mapping, &window))
 }
 
 fn light(

@@ -35,6 +35,21 @@ impl Ticks {
             .unwrap_or_else(|| of(1))
     }
 
+    /// Blanks the labels that stick out of a horizontal span, as long as another one is left.
+    pub fn keep_inside(&mut self, span: &Span, size_pt: f64) {
+        let sticks_out = |value: f64, label: &str| {
+            let (Some(middle), half) = (span.at(value), 0.5 * width_pt(label, size_pt)) else { return false };
+            middle - half < span.start_pt || middle + half > span.end_pt
+        };
+        let mut left = self.major.iter().filter(|(_, label)| !label.is_empty()).count();
+        for (value, label) in &mut self.major {
+            if left > 1 && !label.is_empty() && sticks_out(*value, label) {
+                label.clear();
+                left -= 1;
+            }
+        }
+    }
+
     /// True if no two neighbouring labels come too close.
     fn fit(&self, at: impl Fn(f64) -> Option<f64>, direction: Direction, size_pt: f64) -> bool {
         let extents: Vec<(f64, f64)> = (self.major.iter())
@@ -187,6 +202,17 @@ mod tests {
         assert_eq!(ticks.minor.len(), 16 - 2);
         assert_eq!(labels(&linear(0.0, 3321.0, 7)), ["0", "500", "1000", "1500", "2000", "2500", "3000"]);
         assert_eq!(labels(&linear(0.0, 0.3, 3)), ["0", "0.1", "0.2", "0.3"]);
+    }
+
+    #[test]
+    fn labels_that_stick_out_are_blanked_but_one_stays() {
+        let span = |low, high| Span { scale: Scale::Linear, low, high, start_pt: 0.0, end_pt: 100.0 };
+        let mut ticks = linear(0.0, 0.3, 3);
+        ticks.keep_inside(&span(0.0, 0.31), 7.0);
+        assert_eq!(labels(&ticks), ["", "0.1", "0.2", ""]);
+        let mut alone = linear(0.9, 1.9, 1);
+        alone.keep_inside(&span(0.999, 1.9), 7.0);
+        assert_eq!(labels(&alone), ["1"]);
     }
 
     #[test]

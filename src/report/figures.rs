@@ -4,16 +4,19 @@ use std::path::Path;
 
 use crate::config::Config;
 use crate::constants::ARCSEC_RAD;
+use crate::diagnostics::CriticalCurves;
 use crate::error::{Error, Result};
 use crate::imaging::Exposure;
-use crate::io::{AttributeValue, RunFile};
+use crate::io::{AttributeValue, RunFile, read_curves};
 use crate::pipeline::{ImageResidual, TidalResidual, rms};
-use crate::plot::Figure;
 use crate::plot::figures::{
     CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImagePairData, ImageRow, ImagesData,
     MassFunctionCurve, MassFunctionData, TidalMapsData, TidalResidualsData, cylinder, flexion_maps,
-    histograms, image_pair, images, mass_function, tidal_maps, tidal_residuals,
+    histograms, image_pair, images, mass_function, overlay, tidal_maps, tidal_residuals,
 };
+use crate::plot::{Colour, Figure, Panel};
+
+use super::lens_figure::curve_data;
 
 /// Of the haloes in the tidal regime every tenth is drawn, as in the paper.
 const CYLINDER_STRIDE: usize = 10;
@@ -39,10 +42,28 @@ pub fn draw_figures(run_file: &Path, save: impl Fn(&str, &Figure) -> Result<()>)
 /// When the file holds no maps.
 pub fn map_figures(file: &Path) -> Result<[(&'static str, Figure); 2]> {
     let (file, config) = open(file)?;
-    Ok([
-        ("tidal_maps", tidal_map_figure(&file, &config)?),
-        ("flexion_maps", flexion_map_figure(&file, &config)?),
-    ])
+    let (mut tidal, mut flexion) = (tidal_map_figure(&file, &config)?, flexion_map_figure(&file, &config)?);
+    let of_images = file.names("/")?.iter().any(|name| name == "images");
+    if let Some(curves) = saved_curves(&file, if of_images { "images/all_haloes" } else { "" })? {
+        tidal.panels.iter_mut().for_each(|panel| lay_over(panel, &curves, Colour::BLACK));
+        flexion.panels.iter_mut().for_each(|panel| lay_over(panel, &curves, Colour::WHITE));
+    }
+    Ok([("tidal_maps", tidal), ("flexion_maps", flexion)])
+}
+
+/// The critical curves saved in the group `parent`, if there are any; caustics about the source.
+fn saved_curves(file: &RunFile, parent: &str) -> Result<Option<CriticalCurves>> {
+    if !file.names(parent)?.iter().any(|name| name == "curves") {
+        return Ok(None);
+    }
+    let group = format!("{parent}/curves");
+    let source = [number(file, &group, "source_x_arcsec")?, number(file, &group, "source_y_arcsec")?];
+    Ok(Some(read_curves(file, &group)?.about(source)))
+}
+
+/// Draws critical curves and, finer, caustics into a panel.
+fn lay_over(panel: &mut Panel, curves: &CriticalCurves, colour: Colour) {
+    panel.marks.extend(overlay(&curve_data(curves), colour));
 }
 
 /// What the tidal and flexion models leave: the maps of the first sightline and the rms of all.
@@ -77,8 +98,12 @@ pub fn tidal_residual_figure(config: &Config, rows: &[TidalResidual]) -> Result<
     }))
 }
 
-/// One exposure with and without noise.
-pub fn exposure_figure(exposure: &Exposure, background_rms_e_s: f64) -> Figure {
+/// One exposure with and without noise, and critical curves and caustics over it where there are any.
+pub fn exposure_figure(
+    exposure: &Exposure,
+    background_rms_e_s: f64,
+    curves: Option<&CriticalCurves>,
+) -> Figure {
     let n = exposure.grid.pixels();
     let grid = |values: &[f64]| Grid {
         values: values.to_vec(),
@@ -86,11 +111,15 @@ pub fn exposure_figure(exposure: &Exposure, background_rms_e_s: f64) -> Figure {
         half_width_arcsec: exposure.grid.half_width_arcsec(),
     };
     let (noise_free, noisy) = (grid(&exposure.noise_free_e_s), grid(&exposure.noisy_e_s));
-    image_pair(&ImagePairData {
+    let mut figure = image_pair(&ImagePairData {
         noise_free: noise_free.data(),
         noisy: noisy.data(),
         background_rms_e_per_s: background_rms_e_s,
-    })
+    });
+    if let Some(curves) = curves {
+        figure.panels.iter_mut().for_each(|panel| lay_over(panel, curves, Colour::WHITE));
+    }
+    figure
 }
 
 fn open(path: &Path) -> Result<(RunFile, Config)> {
@@ -221,12 +250,19 @@ fn image_figure(file: &RunFile, config: &Config) -> Result<Figure> {
         Ok([all, tidal, difference])
     };
     let (noise_free, noisy) = (pair("noise_free")?, pair("noisy")?);
-    Ok(images(&ImagesData {
+    let mut figure = images(&ImagesData {
         noise_free: row(&noise_free),
         noisy: row(&noisy),
         background_rms_e_per_s: config.instrument.background_rms_e_s(),
         delta_threshold: config.diagnostics.delta_threshold,
-    }))
+    });
+    for (column, name) in ["all_haloes", "tidal_haloes"].into_iter().enumerate() {
+        if let Some(curves) = saved_curves(file, &format!("images/{name}"))? {
+            let panels = figure.panels.iter_mut().skip(column).step_by(3);
+            panels.for_each(|panel| lay_over(panel, &curves, Colour::WHITE));
+        }
+    }
+    Ok(figure)
 }
 
 fn row(grids: &[Grid; 3]) -> ImageRow<'_> {

@@ -53,6 +53,7 @@ pub fn image_file(config: &Config, psf: &Psf, exposure: &Exposure, pixels_e_s: &
             psf_truncation_sigma: gaussian.then_some(instrument.psf_truncation_sigma),
             z_lens: Some(config.line_of_sight.z_lens),
             z_source: Some(config.line_of_sight.z_source),
+            pixel_sampling: Some(config.image.pixel_sampling),
         },
         psf: match psf {
             Psf::Kernel { width, weights } => {

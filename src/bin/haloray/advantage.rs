@@ -67,7 +67,7 @@ fn write(
     let save = |name: &str, figure: haloray::plot::Figure| {
         staging.write(format!("{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
     };
-    save("image", exposure_figure(&study.image.exposure, study.image.instrument.background_rms_e_s()))?;
+    save("image", exposure_figure(&study.image.exposure, study.image.instrument.background_rms_e_s(), None))?;
     let (full, minimal) = (("full model", &study.full), ("minimal model", &study.minimal));
     let (od_and_shape, los) =
         (["gamma1_od", "gamma2_od", "lens.e1", "lens.e2"], ["gamma1_los", "gamma2_los"]);

@@ -48,7 +48,7 @@ pub struct Args {
     /// Likelihood, instead of the model's.
     #[arg(long, value_enum)]
     likelihood: Option<LikelihoodArg>,
-    /// How pixels are integrated, instead of the model's; adaptive if neither says.
+    /// How pixels are integrated, instead of the model's or the image's PIXSAMP; adaptive if none says.
     #[arg(long, value_enum)]
     pixel_sampling: Option<SamplingArg>,
     /// Draws of a chain or walker after which sampling stops, converged or not; nested sampling stops by itself.
@@ -89,8 +89,17 @@ pub enum LikelihoodArg {
 pub enum SamplingArg {
     /// The centre stands for the pixel.
     Point,
-    /// Integrated to 1% of the background.
+    /// Integrated to 1% of the noise.
     Adaptive,
+}
+
+impl From<SamplingArg> for PixelSampling {
+    fn from(sampling: SamplingArg) -> Self {
+        match sampling {
+            SamplingArg::Point => Self::Point,
+            SamplingArg::Adaptive => Self::Adaptive,
+        }
+    }
 }
 
 impl SamplerArg {
@@ -105,7 +114,7 @@ impl SamplerArg {
 }
 
 /// The same settings with at most so many draws a chain or walker.
-fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
+pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
     let Some(most) = max_draws else { return Ok(settings) };
     let steps = |block: &mut usize, max: &mut usize, thin: usize| {
         *max = most * thin;
@@ -151,11 +160,10 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
             LikelihoodArg::Lenstronomy => LikelihoodKind::Lenstronomy,
         };
     }
-    let sampling = args.pixel_sampling.map(|sampling| match sampling {
-        SamplingArg::Point => PixelSampling::Point,
-        SamplingArg::Adaptive => PixelSampling::Adaptive,
-    });
-    let pixel_sampling = sampling.or(description.pixel_sampling).unwrap_or(PixelSampling::Adaptive);
+    let sampling = args.pixel_sampling.map(PixelSampling::from);
+    let (observation, keywords) = read_observation(image)?;
+    let sampling = sampling.or(description.pixel_sampling).or(keywords.pixel_sampling);
+    let pixel_sampling = sampling.unwrap_or(PixelSampling::Adaptive);
     description.pixel_sampling = Some(pixel_sampling);
     let settings = FitSettings {
         likelihood: description.likelihood,
@@ -164,7 +172,6 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         seed: args.seed,
     };
     let model = CompiledModel::new(&description)?;
-    let (observation, _) = read_observation(image)?;
     let truths = args.truth.as_deref().map_or(Ok(Vec::new()), read_truths)?;
     let provenance = Provenance::new(Some(args.seed), toml_of(&description));
     let staging = Staging::begin(output)?;
@@ -227,7 +234,7 @@ fn checkpoint_path(output: &Path) -> PathBuf {
 }
 
 /// The image's bytes in short: FNV-1a, to notice another image under the same name.
-fn fingerprint(path: &Path) -> Result<String> {
+pub fn fingerprint(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)

@@ -26,6 +26,9 @@ pub struct Args {
     /// Halo table to use instead of a draw.
     #[arg(long, value_name = "FILE")]
     haloes: Option<PathBuf>,
+    /// Draw critical curves and caustics over the figure.
+    #[arg(long)]
+    curves: bool,
     /// With one FITS file as output: the image before noise.
     #[arg(long)]
     noise_free: bool,
@@ -35,7 +38,8 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    let config = args.settings.resolve_with(args.haloes.as_deref())?;
+    let mut config = args.settings.resolve_with(args.haloes.as_deref())?;
+    config.diagnostics.critical_curves |= args.curves;
     let psf = psf(&config)?;
     let imported = imported_haloes(&config)?;
     let provenance = provenance(&config)?;
@@ -65,7 +69,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         Output::Folder(staging) => {
             staging.write("image.fits", |path| fits(&exposure.noisy_e_s, path))?;
             staging.write("image_noise_free.fits", |path| fits(&exposure.noise_free_e_s, path))?;
-            let figure = exposure_figure(exposure, config.instrument.background_rms_e_s());
+            let curves = view.curves.as_ref().map(|curves| curves.about(view.source_centre_arcsec));
+            let figure = exposure_figure(exposure, config.instrument.background_rms_e_s(), curves.as_ref());
             staging.write("image.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
             staging.commit()?
         }

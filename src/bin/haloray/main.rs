@@ -3,6 +3,7 @@
 mod advantage;
 mod bars;
 mod calibration;
+mod catalogue;
 mod completions;
 mod distances;
 mod fit;
@@ -10,6 +11,7 @@ mod image;
 mod images;
 mod lens;
 mod map;
+mod mock;
 mod output;
 mod populate;
 mod relations;
@@ -59,6 +61,7 @@ enum Command {
     Lens(lens::Args),
     Fit(Box<fit::Args>),
     Images(images::Args),
+    Mock(mock::Args),
     Study(study::Args),
     Relations(relations::Args),
     Distances(distances::Args),
@@ -101,6 +104,7 @@ fn run(cli: &Cli) -> Result<ExitCode> {
         Command::Image(args) => image::run(args, &bars),
         Command::Lens(args) => lens::run(args, &bars),
         Command::Images(args) => images::run(args, &bars),
+        Command::Mock(args) => mock::run(args, &bars),
         Command::Relations(args) => relations::run(args, &bars),
         Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),

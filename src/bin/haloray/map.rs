@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use haloray::Result;
 use haloray::diagnostics::TidalMaps;
-use haloray::io::{RunFile, write_atomically, write_maps};
-use haloray::pipeline::{self, Progress, Tracked, line_of_sight};
+use haloray::io::{RunFile, write_atomically, write_curves, write_maps};
+use haloray::pipeline::{
+    self, LensAndSource, Progress, Tracked, critical_curves, line_of_sight, main_lens, source_centre,
+};
 use haloray::report::map_figures;
 
 use crate::bars::Bars;
@@ -32,6 +34,9 @@ pub struct Args {
     /// Largest |θ_x| and |θ_y| of the grid, instead of the configuration's.
     #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC")]
     half_width_arcsec: Option<f64>,
+    /// Draw critical curves and caustics of the main lens over the maps, and keep them in maps.h5.
+    #[arg(long)]
+    curves: bool,
     /// Folder for maps.h5 and the figures, or one file ending in .h5 for the maps alone.
     #[arg(long, short, value_name = "DIR|FILE.h5")]
     output: PathBuf,
@@ -41,6 +46,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let mut config = args.settings.resolve_with(args.haloes.as_deref())?;
     config.maps.points = args.grid_points.unwrap_or(config.maps.points);
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
+    config.diagnostics.critical_curves |= args.curves;
     config.validate().map_err(|error| named(error, &[("maps.half_width_arcsec", "--half-width-arcsec")]))?;
     let imported = imported_haloes(&config)?;
     let provenance = provenance(&config)?;
@@ -51,10 +57,20 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     bars.begin("maps of the distortions", Some((config.maps.points * config.maps.points) as u64));
     let maps = TidalMaps::of(&Tracked { mapping: &sight.observer_to_source(), progress: bars }, config.maps);
     bars.end();
+    let curves = config.diagnostics.critical_curves.then(|| {
+        bars.stage("critical curves", || {
+            let lens = main_lens(&config, &LensAndSource::resolve(&config, 0), &sight)?;
+            critical_curves(&sight.through_lens(&lens)?, config.maps.half_width_arcsec)
+        })
+    });
+    let curves = curves.transpose()?;
 
     let write = |path: &std::path::Path| -> Result<()> {
         let file = RunFile::create(path, &provenance)?;
         write_maps(&file, "maps", &maps)?;
+        if let Some(curves) = &curves {
+            write_curves(&file, "curves", curves, source_centre(&sight))?;
+        }
         file.close()
     };
     let files = match output {

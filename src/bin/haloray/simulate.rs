@@ -30,6 +30,9 @@ pub struct Args {
     /// Fit both images too, with `tidal-minimal` or the models given (comma-separated names of `haloray fit --list`).
     #[arg(long, value_name = "MODELS", num_args = 0..=1, value_delimiter = ',', default_missing_value = "tidal-minimal")]
     fit: Vec<String>,
+    /// Draw critical curves and caustics over images and maps, and keep them in run.h5.
+    #[arg(long)]
+    curves: bool,
     /// Folder for the results; made if missing, files of an earlier run are replaced.
     #[arg(long, short, value_name = "DIR")]
     output: PathBuf,
@@ -39,7 +42,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     for model in &args.fit {
         ModelDescription::built_in(model)?;
     }
-    let config = args.settings.resolve()?;
+    let mut config = args.settings.resolve()?;
+    config.diagnostics.critical_curves |= args.curves;
     let psf = psf(&config)?;
     let inputs = Inputs { catalogue: imported_haloes(&config)?, psf: psf.clone() };
     let provenance = provenance(&config)?;

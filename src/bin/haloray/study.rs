@@ -26,6 +26,7 @@ enum Study {
     Tidal(TidalArgs),
     Advantage(AdvantageArgs),
     Calibration(crate::calibration::CalibrationArgs),
+    Catalogue(crate::catalogue::CatalogueArgs),
 }
 
 /// What the tidal and flexion models of the line of sight leave of the traced rays.
@@ -53,6 +54,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     match &args.study {
         Study::Tidal(args) => run_tidal(args, bars).map(|()| Outcome::Converged),
         Study::Advantage(args) => advantage::run(args, bars),
+        Study::Catalogue(args) => crate::catalogue::run(args, bars).map(|()| Outcome::Converged),
         Study::Calibration(args) => crate::calibration::run(args, bars).map(|()| Outcome::Converged),
     }
 }

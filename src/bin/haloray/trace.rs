@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use haloray::Result;
 use haloray::error::require;
 use haloray::io::{Column, Provenance, RAYS_GROUP, Table, ray_table, read_haloes, read_points};
-use haloray::mapping::multiplane::{AccuracyReport, Field, LineOfSight, Segment, Sheets};
-use haloray::mapping::{Mapping, Order, RayBundle};
+use haloray::mapping::multiplane::{LineOfSight, Segment, Sheets};
+use haloray::mapping::{Mapping, Order};
 use haloray::pipeline::{Progress, Tracked};
 
 use crate::bars::Bars;
@@ -41,9 +41,8 @@ pub struct Args {
     /// Compensating sheet in each halo's plane: −κ_h(0) centred on the axis, or none.
     #[arg(long, value_enum, default_value_t = SheetArg::OnAxis)]
     sheets: SheetArg,
-    /// `exact`, or the largest error of β allowed, in arcsec: every ray then carries a bound on its error, and rays whose
-    /// bound exceeds it are traced exactly, as are derivatives and delays.
-    #[arg(long, allow_negative_numbers = true, value_name = "exact|ARCSEC", default_value = "1e-7")]
+    /// `exact`, or the largest error of β allowed, in arcsec. The exact recursion runs for both: it meets any.
+    #[arg(long, allow_negative_numbers = true, value_name = "exact|ARCSEC", default_value = "exact")]
     accuracy: Accuracy,
     /// Derivatives to add: 0 none, 1 the Jacobian, 2 also second derivatives.
     #[arg(long, allow_negative_numbers = true, value_name = "0|1|2", default_value_t = 0)]
@@ -71,7 +70,7 @@ enum SheetArg {
 #[derive(Clone, Copy, Debug)]
 enum Accuracy {
     Exact,
-    WithinArcsec(f64),
+    WithinArcsec,
 }
 
 impl FromStr for Accuracy {
@@ -80,7 +79,7 @@ impl FromStr for Accuracy {
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         match text.parse::<f64>() {
             _ if text == "exact" => Ok(Self::Exact),
-            Ok(tolerance) if tolerance > 0.0 && tolerance.is_finite() => Ok(Self::WithinArcsec(tolerance)),
+            Ok(tolerance) if tolerance > 0.0 && tolerance.is_finite() => Ok(Self::WithinArcsec),
             _ => Err("must be `exact` or a positive number of arcsec".into()),
         }
     }
@@ -101,7 +100,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let segment = segment(args, &sight)?;
     let order = [Order::Position, Order::Jacobian, Order::SecondDerivatives][args.order as usize];
     bars.begin("trace rays", Some(points.theta_arcsec.len() as u64));
-    let (rays, report) = trace(args, &segment, &points.theta_arcsec, order, bars)?;
+    let rays = Tracked { mapping: &segment, progress: bars }.map(&points.theta_arcsec, order);
     bars.end();
     let mut table = ray_table(&points, &rays)?;
     if args.delay {
@@ -113,49 +112,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         let rays = counted(points.theta_arcsec.len(), "ray", "rays");
         let planes = counted(sight.len(), "plane", "planes");
         crate::print(&format!("{rays} through {planes} written to {}\n", args.output.display()));
-        if let Some(report) = report {
-            crate::print(&accuracy_line(&report));
-        }
     }
     Ok(())
-}
-
-/// Random rays that are also traced exactly, and their seed.
-const RAYS_COMPARED: usize = 48;
-const COMPARISON_SEED: u64 = 1;
-
-/// Positions alone are traced to the accuracy asked for; derivatives exactly.
-fn trace(
-    args: &Args,
-    segment: &Segment,
-    theta_arcsec: &[[f64; 2]],
-    order: Order,
-    bars: &Bars,
-) -> Result<(RayBundle, Option<AccuracyReport>)> {
-    if let (Accuracy::WithinArcsec(tolerance), Order::Position, Some(field)) =
-        (args.accuracy, order, Field::around(theta_arcsec))
-    {
-        let adaptive = segment.adaptive(field, tolerance, theta_arcsec.len())?;
-        if adaptive.is_adaptive() {
-            let (beta_arcsec, bound, exactly) = adaptive.positions(theta_arcsec);
-            bars.advance(theta_arcsec.len() as u64);
-            let report = adaptive.report(bound, exactly, RAYS_COMPARED, COMPARISON_SEED);
-            return Ok((RayBundle { beta_arcsec, ..RayBundle::default() }, Some(report)));
-        }
-    }
-    Ok((Tracked { mapping: segment, progress: bars }.map(theta_arcsec, order), None))
-}
-
-fn accuracy_line(report: &AccuracyReport) -> String {
-    format!(
-        "error of β: bound {:.1e} arcsec, measured {:.1e} arcsec on {} random rays ({} of the haloes met one by one, \
-         {} traced exactly)\n",
-        report.bound_arcsec,
-        report.measured_arcsec,
-        report.rays_compared,
-        report.rough_haloes,
-        counted(report.rays_traced_exactly, "ray", "rays"),
-    )
 }
 
 fn check_redshifts(args: &Args) -> Result<()> {

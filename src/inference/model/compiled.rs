@@ -174,6 +174,14 @@ impl CompiledModel {
             + self.lenses.iter().map(|l| l.parameters().len()).sum::<usize>()
     }
 
+    /// The lenses at values of the free parameters.
+    ///
+    /// # Errors
+    /// When a parameter lies outside the domain of its profile.
+    pub fn lenses(&self, free: &[f64]) -> Result<Vec<MassModel>> {
+        Ok(self.build(&self.slots(free))?.0)
+    }
+
     /// The lenses and lights (sources first, amplitude 1) of the slot values.
     ///
     /// # Errors

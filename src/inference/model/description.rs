@@ -94,11 +94,15 @@ pub struct ModelDescription {
 }
 
 /// The models that are built in, by name.
-pub const BUILT_IN: [(&str, &str); 4] = [
+pub const BUILT_IN: [(&str, &str); 8] = [
     ("simple-full", include_str!("../../../data/models/simple-full.toml")),
     ("simple-minimal", include_str!("../../../data/models/simple-minimal.toml")),
     ("tidal-minimal", include_str!("../../../data/models/tidal-minimal.toml")),
     ("tidal-flexion", include_str!("../../../data/models/tidal-flexion.toml")),
+    ("comprehensive", include_str!("../../../data/models/comprehensive.toml")),
+    ("no-foreground-shear", include_str!("../../../data/models/no-foreground-shear.toml")),
+    ("aligned", include_str!("../../../data/models/aligned.toml")),
+    ("power-law", include_str!("../../../data/models/power-law.toml")),
 ];
 
 impl ModelDescription {

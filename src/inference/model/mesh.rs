@@ -44,14 +44,14 @@ impl Mesh {
         mesh
     }
 
-    /// A mesh on which each of several models is integrated to `tolerance` (flux units per pixel).
+    /// A mesh on which each of several models is integrated to `tolerance` (flux units, for each pixel).
     ///
     /// `brightness` gives, for each model, the total surface brightness at points. A cell is represented by its centre
     /// where the 2×2 Gauss–Legendre rule agrees with that, by the rule where the rules of its quarters agree with it,
     /// and quartered otherwise, down to 1/1024 of a pixel.
     pub(crate) fn adaptive(
         grid: &SkyGrid,
-        tolerance: f64,
+        tolerance: &[f64],
         brightness: impl Fn(&[[f64; 2]]) -> Vec<Vec<f64>>,
     ) -> Self {
         const DEEPEST: i32 = 10;
@@ -64,7 +64,7 @@ impl Mesh {
         let mut samples: Vec<Vec<([f64; 2], f64)>> = vec![Vec::new(); cells.len()];
         for depth in 0..=DEEPEST {
             // Errors of the cells of a pixel add up like random numbers: a quarter may have half the error.
-            let allowed = tolerance * 0.5_f64.powi(depth) / (width * width);
+            let share = 0.5_f64.powi(depth) / (width * width);
             let fraction = 0.25_f64.powi(depth);
             let points: Vec<[f64; 2]> = cells
                 .iter()
@@ -76,6 +76,7 @@ impl Mesh {
             let values = brightness(&points);
             let mut next = Vec::new();
             for (i, (pixel, centre)) in cells.iter().enumerate() {
+                let allowed = tolerance[*pixel] * share;
                 let mut errors = [0.0_f64; 2];
                 for model in &values {
                     let own = &model[21 * i..21 * (i + 1)];
@@ -111,6 +112,9 @@ impl Mesh {
 
     /// Flux of every pixel from the brightness of the samples.
     pub(crate) fn integrate(&self, brightness: &[f64]) -> Vec<f64> {
+        if self.samples() + 1 == self.first.len() {
+            return self.weight.iter().zip(brightness).map(|(w, b)| w * b).collect();
+        }
         let flux = |ends: &[usize]| {
             let samples = ends[0]..ends[1];
             self.weight[samples.clone()].iter().zip(&brightness[samples]).map(|(w, b)| w * b).sum()

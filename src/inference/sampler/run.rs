@@ -158,7 +158,10 @@ impl SamplerRun {
         let (draws, chains) = (self.chains.draws(), self.chains.chains.len());
         let all_converged = !convergence.is_empty() && convergence.iter().all(Convergence::is_converged);
         let (max_draws, is_converged, is_finished, remaining) = match &self.state {
-            State::Nuts(nuts) => (Some(nuts.max_draws()), all_converged, all_converged, None),
+            State::Nuts(nuts) => {
+                let is_over = all_converged || draws > 0 && nuts.is_exhausted();
+                (Some(nuts.max_draws()), all_converged, is_over, None)
+            }
             State::Ensemble(ensemble) => {
                 (Some(ensemble.plan.max_draws()), all_converged, all_converged, None)
             }

@@ -2,14 +2,14 @@
 
 mod centres;
 mod delay;
-mod far_field;
+mod adaptive;
 mod general;
 mod line_of_sight;
 mod plane;
 mod recursion;
 mod segment;
 
-pub use far_field::{AccuracyReport, AdaptiveRays, AdaptiveSegment, Field};
+pub use adaptive::{AccuracyReport, AdaptiveSegment, Field};
 pub use general::GeneralMultiPlane;
 pub use line_of_sight::{LineOfSight, MainLens};
 pub use plane::Sheets;

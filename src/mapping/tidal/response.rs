@@ -1,4 +1,4 @@
-//! What every number of the line of sight and every parameter of the lenses does to β, eight rays at a time.
+//! What every number of the line of sight and every parameter of the lenses does to β, in SIMD lanes.
 //!
 //! The minimal models are the full ones with numbers that stand for several (os := los, ds := odᵀ; flexion: see
 //! [`LineOfSightKind`]), so there are two equations to differentiate: full and flexion.
@@ -152,7 +152,7 @@ impl<'a> TidalFamily<'a> {
     }
 }
 
-// Compiled once for each instruction set and called once for eight rays.
+// Compiled once for each instruction set and called once for all lanes.
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn beta(family: &TidalFamily, theta: &C) -> C {
     family.beta_here(*theta)

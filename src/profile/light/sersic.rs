@@ -163,7 +163,7 @@ impl LightProfile for Sersic {
     }
 }
 
-// Compiled once for each instruction set and called once for eight points.
+// Compiled once for each instruction set and called once for all lanes.
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn brightness_lanes(light: &Sersic, at: &Cx<Lanes>) -> Lanes {
     light.brightness(*at)

@@ -3,6 +3,7 @@
 use super::nfw_radial;
 use super::radial::{Amplitude, Radial, RadialLaw};
 use crate::error::{Result, require};
+use crate::numerics::real::{LANES, Lanes, Real};
 
 /// NFW halo by its scale radius and the deflection there, as in lenstronomy (`Rs`, `alpha_Rs`).
 ///
@@ -34,6 +35,30 @@ impl RadialLaw for NfwLaw {
 
     fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
         [at.by_scale() - at.k * at.m / at.scale_arcsec, at.m * Nfw::strength(at.scale_arcsec, 1.0), 0.0]
+    }
+
+    #[inline(always)]
+    fn m_lanes(&self, u: Lanes) -> Lanes {
+        if u.0.iter().all(|u| *u < nfw_radial::INNER_END) {
+            return Lanes(u.0.map(nfw_radial::m_inner));
+        }
+        Lanes(u.0.map(nfw_radial::m))
+    }
+
+    #[inline(always)]
+    fn respond_lanes(&self, u: Lanes, k: f64, scale_arcsec: f64) -> ([Lanes; 2], [Lanes; 3]) {
+        let (mut m, mut p1) = (Lanes::ZERO, Lanes::ZERO);
+        if u.0.iter().all(|u| *u < nfw_radial::INNER_END) {
+            for i in 0..LANES {
+                [m.0[i], p1.0[i], _] = nfw_radial::inner(u.0[i]).nfw();
+            }
+        } else {
+            for i in 0..LANES {
+                [m.0[i], p1.0[i], _] = nfw_radial::basis(u.0[i]).nfw();
+            }
+        }
+        let by_scale = p1 * (-2.0 * k) / Lanes::splat(scale_arcsec) - m * k / Lanes::splat(scale_arcsec);
+        ([m, p1], [by_scale, m * Nfw::strength(scale_arcsec, 1.0), Lanes::ZERO])
     }
 }
 

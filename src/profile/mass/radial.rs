@@ -4,6 +4,8 @@ use super::MassProfile;
 use super::nfw_radial::U_FLOOR;
 use crate::error::{Result, require};
 use crate::numerics::complex::Cx;
+use crate::numerics::real::{LANES, Lanes, Real};
+use crate::profile::mass::Response;
 
 /// How the deflection falls off: α = k·m(u)·θ with u = (r/scale)².
 pub trait RadialLaw: Copy + Sync {
@@ -15,6 +17,25 @@ pub trait RadialLaw: Copy + Sync {
     const PARAMETERS: &'static [&'static str];
     /// ∂(k·m)/∂p at a fixed point for the parameters of the law, from those of m at `u` and the scale; unused ones are 0.
     fn by_parameter(&self, at: &Amplitude) -> [f64; 3];
+
+    /// m(u) in every lane, with the bits of [`Self::radial`].
+    #[inline(always)]
+    fn m_lanes(&self, u: Lanes) -> Lanes {
+        Lanes(std::array::from_fn(|i| self.radial(u.0[i])[0]))
+    }
+
+    /// (m, u·m′) and [`Self::by_parameter`] in every lane, with the bits of the scalar functions.
+    #[inline(always)]
+    fn respond_lanes(&self, u: Lanes, k: f64, scale_arcsec: f64) -> ([Lanes; 2], [Lanes; 3]) {
+        let (mut radial, mut by_parameter) = ([Lanes::ZERO; 2], [Lanes::ZERO; 3]);
+        for i in 0..LANES {
+            let [m, p1, _] = self.radial(u.0[i]);
+            (radial[0].0[i], radial[1].0[i]) = (m, p1);
+            let own = self.by_parameter(&Amplitude { k, scale_arcsec, u: u.0[i], m, p1 });
+            by_parameter.iter_mut().zip(own).for_each(|(lanes, own)| lanes.0[i] = own);
+        }
+        (radial, by_parameter)
+    }
 }
 
 /// What the law needs to differentiate k·m: k, the scale, u, m and p₁ = u·m′.
@@ -102,6 +123,87 @@ impl<L: RadialLaw> Radial<L> {
     }
 }
 
+impl<L: RadialLaw> Radial<L> {
+    /// Offset in the frame of the axes, and u.
+    #[inline(always)]
+    fn offset_lanes(&self, dx: Lanes, dy: Lanes) -> ([Lanes; 2], Lanes) {
+        let t = self.axes.map(|row| dx * row[0] + dy * row[1]);
+        let u = (t[0] * t[0] + t[1] * t[1]) / Lanes::splat(self.scale_arcsec * self.scale_arcsec);
+        (t, u.max(U_FLOOR))
+    }
+
+    /// Deflection in every lane.
+    #[inline(always)]
+    pub(super) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
+        let (t, u) = self.offset_lanes(x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
+        let km = self.law.m_lanes(u) * self.k;
+        let [re, im] = self.carried_back(t);
+        Cx::new(km * re, km * im)
+    }
+
+    #[inline(always)]
+    fn carried_back(&self, t: [Lanes; 2]) -> [Lanes; 2] {
+        [0, 1].map(|a| t[0] * self.axes[0][a] + t[1] * self.axes[1][a])
+    }
+
+    /// Deflection, Hessian and parameter derivatives in every lane: the scalar formulae, step by step.
+    #[inline(always)]
+    pub(super) fn response_lanes(
+        &self,
+        x: Lanes,
+        y: Lanes,
+        by_parameter: &mut [Cx<Lanes>],
+    ) -> Response<Lanes> {
+        let (dx, dy) = (x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
+        let (t, u) = self.offset_lanes(dx, dy);
+        let ([m, p1], own) = self.law.respond_lanes(u, self.k, self.scale_arcsec);
+        let [nx, ny] = self.carried_back(t);
+        let count = L::PARAMETERS.len() - 4;
+        for (out, strength) in by_parameter.iter_mut().zip(own).take(count) {
+            *out = Cx::new(strength * nx, strength * ny);
+        }
+        let hessian = self.hessian_lanes(t, u, m, p1);
+        let [xx, xy, yy] = hessian;
+        if let [d_e1, d_e2, d_x, d_y] = &mut by_parameter[count..count + 4] {
+            for (out, [g1, g2]) in [d_e1, d_e2].into_iter().zip(self.change_of_axes()) {
+                let (vx, vy) = (-(dx * g1 + dy * g2), -(dx * g2 - dy * g1));
+                let d_m = p1 / u * (dx * vx + dy * vy) / Lanes::splat(self.scale_arcsec * self.scale_arcsec);
+                *out = Cx::new((d_m * nx + m * vx) * self.k, (d_m * ny + m * vy) * self.k);
+            }
+            *d_x = Cx::new(-xx, -xy);
+            *d_y = Cx::new(-xy, -yy);
+        }
+        let km = m * self.k;
+        Response {
+            deflection: Cx::new(km * nx, km * ny),
+            convergence: (xx + yy) * 0.5,
+            shear: Cx::new((xx - yy) * 0.5, xy),
+        }
+    }
+
+    #[inline(always)]
+    fn hessian_lanes(&self, t: [Lanes; 2], u: Lanes, m: Lanes, p1: Lanes) -> [Lanes; 3] {
+        let inv_r = Lanes::splat(1.0) / (u.sqrt() * self.scale_arcsec);
+        let n = t.map(|t| t * inv_r);
+        let (isotropic, directed) = (m * self.k, p1 * (2.0 * self.k));
+        let [xx, xy, yy] =
+            [isotropic + directed * n[0] * n[0], directed * n[0] * n[1], isotropic + directed * n[1] * n[1]];
+        let m = &self.axes;
+        [(0, 0), (0, 1), (1, 1)]
+            .map(|(a, b)| (xx * m[0][b] + xy * m[1][b]) * m[0][a] + (xy * m[0][b] + yy * m[1][b]) * m[1][a])
+    }
+
+    /// Changes (∂E1, ∂E2) of E = 2e/(1+|e|²) by e1 and by e2.
+    #[inline(always)]
+    fn change_of_axes(&self) -> [[f64; 2]; 2] {
+        let [e1, e2] = self.ellipticity;
+        let inverse = 1.0 / (1.0 + e1 * e1 + e2 * e2);
+        let (own, cross) =
+            (|e: f64| 2.0 * inverse * (1.0 - 2.0 * e * e * inverse), -4.0 * e1 * e2 * inverse * inverse);
+        [[own(e1), cross], [cross, own(e2)]]
+    }
+}
+
 /// Position in the frame of the axes: offset, unit vector, 1/r and u, floored at the centre.
 struct Offset {
     t: [f64; 2],
@@ -161,11 +263,7 @@ impl<L: RadialLaw> MassProfile for Radial<L> {
         }
         let [d_e1, d_e2, d_x, d_y] = &mut by_parameter[count..count + 4] else { return };
         let (dx, dy) = (x - self.centre_arcsec[0], y - self.centre_arcsec[1]);
-        let [e1, e2] = self.ellipticity;
-        let inverse = 1.0 / (1.0 + e1 * e1 + e2 * e2);
-        let (own, cross) =
-            (|e: f64| 2.0 * inverse * (1.0 - 2.0 * e * e * inverse), -4.0 * e1 * e2 * inverse * inverse);
-        for (out, [g1, g2]) in [(d_e1, [own(e1), cross]), (d_e2, [cross, own(e2)])] {
+        for (out, [g1, g2]) in [d_e1, d_e2].into_iter().zip(self.change_of_axes()) {
             // δN d and δu from the changes g of E.
             let (vx, vy) = (-(g1 * dx + g2 * dy), -(g2 * dx - g1 * dy));
             let d_m = p1 / o.u * (dx * vx + dy * vy) / (self.scale_arcsec * self.scale_arcsec);

@@ -2,7 +2,7 @@
 
 use multiversion::multiversion;
 
-use super::{Epl, MassModel, MassProfile};
+use super::{Epl, MassModel, MassProfile, Nfw, SersicMass};
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{LANES, Lanes};
 
@@ -36,6 +36,8 @@ impl MassModel {
     pub(crate) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
         match self {
             Self::Epl(lens) => epl_deflection(lens, &x, &y),
+            Self::Nfw(lens) => nfw_deflection(lens, &x, &y),
+            Self::Sersic(lens) => sersic_deflection(lens, &x, &y),
             other => {
                 let mut alpha = Cx::<Lanes>::zero();
                 for i in 0..LANES {
@@ -55,6 +57,8 @@ impl MassModel {
     ) -> Response<Lanes> {
         match self {
             Self::Epl(lens) => epl_response(lens, &x, &y, by_parameter),
+            Self::Nfw(lens) => nfw_response(lens, &x, &y, by_parameter),
+            Self::Sersic(lens) => sersic_response(lens, &x, &y, by_parameter),
             other => other.response_lane_by_lane(x, y, by_parameter),
         }
     }
@@ -79,7 +83,7 @@ impl MassModel {
     }
 }
 
-// Compiled once for each instruction set and called once for eight points.
+// Compiled once for each instruction set and called once for all lanes.
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn epl_deflection(lens: &Epl, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
     lens.complex_deflection(*x, *y)
@@ -88,6 +92,31 @@ fn epl_deflection(lens: &Epl, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn epl_response(lens: &Epl, x: &Lanes, y: &Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
     lens.response(*x, *y, by_parameter)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn nfw_deflection(lens: &Nfw, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
+    lens.deflection_lanes(*x, *y)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn nfw_response(lens: &Nfw, x: &Lanes, y: &Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
+    lens.response_lanes(*x, *y, by_parameter)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn sersic_deflection(lens: &SersicMass, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
+    lens.deflection_lanes(*x, *y)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn sersic_response(
+    lens: &SersicMass,
+    x: &Lanes,
+    y: &Lanes,
+    by_parameter: &mut [Cx<Lanes>],
+) -> Response<Lanes> {
+    lens.response_lanes(*x, *y, by_parameter)
 }
 
 /// The most parameters a profile has.
@@ -113,7 +142,7 @@ impl Responses {
     }
 }
 
-/// Deflections (α_x, α_y) of `lens` at the points (x, y), eight at a time, written over `out`.
+/// Deflections (α_x, α_y) of `lens` at the points (x, y), lanes at a time, written over `out`.
 pub fn deflections(lens: &MassModel, x_arcsec: &[f64], y_arcsec: &[f64], out: &mut [Vec<f64>; 2]) {
     out.iter_mut().for_each(|column| column.resize(x_arcsec.len(), 0.0));
     deflect_all(lens, x_arcsec, y_arcsec, out);
@@ -127,7 +156,7 @@ fn deflect_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut [Vec<f64>; 2]) 
     }
 }
 
-/// Deflection, Hessian and parameter derivatives of `lens` at the points (x, y), eight at a time, written over `out`.
+/// Deflection, Hessian and parameter derivatives of `lens` at the points (x, y), lanes at a time, written over `out`.
 pub fn responses(lens: &MassModel, x_arcsec: &[f64], y_arcsec: &[f64], out: &mut Responses) {
     out.resize(x_arcsec.len(), lens.parameters().len());
     respond_all(lens, x_arcsec, y_arcsec, out);
@@ -160,6 +189,16 @@ mod tests {
         let lenses = [
             MassModel::Epl(Epl::new(1.3, 2.3, [0.1, -0.2], [0.05, 0.0]).unwrap()),
             MassModel::Nfw(Nfw::new(2.0, 0.4, [0.1, 0.2]).unwrap()),
+            MassModel::Nfw(
+                Nfw::new(0.9, 0.4, [0.1, 0.2]).unwrap().with_elliptical_potential([0.1, -0.2]).unwrap(),
+            ),
+            MassModel::Sersic(
+                SersicMass::new(0.7, 0.2, 3.7, [0.1, 0.0])
+                    .unwrap()
+                    .with_elliptical_potential([0.1, -0.2])
+                    .unwrap(),
+            ),
+            MassModel::Sersic(SersicMass::new(0.7, 0.01, 1.0, [0.0, 0.0]).unwrap()),
         ];
         let x: Vec<f64> = (0..21).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
         let y: Vec<f64> = x.iter().map(|x| 0.3 - 0.7 * x * x).collect();

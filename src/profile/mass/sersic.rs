@@ -1,16 +1,20 @@
 //! The Sérsic profile of the convergence (Cardone 2004).
 
-use statrs::function::gamma::{gamma_lr, ln_gamma};
+use statrs::function::gamma::{digamma, gamma_lr, ln_gamma};
 
 use super::radial::{Amplitude, Radial, RadialLaw};
 use crate::error::{Result, require};
 use crate::numerics::quadrature::integrate;
+use crate::numerics::real::{Lanes, Real};
 use crate::profile::light::{B_N_SLOPE, b_n};
 
 /// Sérsic lens κ = k_eff·exp{−b_n[(r/R)^{1/n} − 1]}; with elliptical isopotentials lenstronomy's `SERSIC_ELLIPSE_POTENTIAL`.
 ///
 /// |α|(r) = 2nRk_eff b^{−2n}e^bΓ(2n)·(R/r)·P(2n, b(r/R)^{1/n}), b = b_n = 1.9992n − 0.3271, P the regularised
 /// incomplete gamma function. The potential is the integral of P(2n, t)/t.
+///
+/// With x = b(r/R)^{1/n} and a = 2n this is α = κ(r)·S(a, x)·θ, S = ₁F₁(1; a+1; x) = Σ xᵏ/(a+1)ₖ (DLMF 8.7.1): no gamma
+/// function, all terms positive, and ∂S/∂a from the same recursion. Far out, where P = 1, the lens is a point mass.
 ///
 /// ```
 /// use haloray::profile::mass::{MassProfile, SersicMass};
@@ -27,15 +31,19 @@ pub struct SersicLaw {
     b: f64,
     /// 2n b^{−2n} e^b Γ(2n): the deflection of the whole mass at R.
     total: f64,
+    /// ∂ ln(total)/∂n.
+    ln_total_by_index: f64,
 }
+
+/// Beyond this x all mass is inside: 1 − P(20, 100) = 3e-23.
+const FAR_X: f64 = 100.0;
 
 impl RadialLaw for SersicLaw {
     fn radial(&self, u: f64) -> [f64; 3] {
-        let s = u.powf(0.5 / self.index);
-        let kappa = (-self.b * (s - 1.0)).exp();
-        let m = self.total * gamma_lr(2.0 * self.index, self.b * s) / u;
-        let p1 = kappa - m;
-        [m, p1, -kappa * self.b * s / (2.0 * self.index) - 2.0 * p1]
+        let at = self.at(u);
+        let m = self.m(&at, self.series(at.x, terms(at.x, self.index))[0]);
+        let p1 = at.kappa - m;
+        [m, p1, -at.kappa * at.x / (2.0 * self.index) - 2.0 * p1]
     }
 
     /// ∫₀ᵘ m du′ = 2n·total·∫₀ˣ P(2n, t)/t dt, x = b(r/R)^{1/n}.
@@ -48,26 +56,110 @@ impl RadialLaw for SersicLaw {
         &["k_eff", "R_sersic", "n_sersic", "e1", "e2", "center_x", "center_y"];
 
     fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
-        [at.m, at.by_scale(), at.k * self.m_by_index(at.u)]
+        let place = self.at(at.u);
+        let by_index = self.m_by_index(&place, self.series(place.x, terms(place.x, self.index)));
+        [at.m, at.by_scale(), by_index * at.k]
+    }
+
+    #[inline(always)]
+    fn m_lanes(&self, u: Lanes) -> Lanes {
+        let at = self.at(u);
+        self.m(&at, self.series_sum(at.x, self.terms_of_lanes(at.x)))
+    }
+
+    #[inline(always)]
+    fn respond_lanes(&self, u: Lanes, k: f64, scale_arcsec: f64) -> ([Lanes; 2], [Lanes; 3]) {
+        let at = self.at(u);
+        let series = self.series(at.x, self.terms_of_lanes(at.x));
+        let m = self.m(&at, series[0]);
+        let p1 = at.kappa - m;
+        let by_scale = p1 * (-2.0 * k) / Lanes::splat(scale_arcsec);
+        ([m, p1], [m, by_scale, self.m_by_index(&at, series) * k])
     }
 }
 
+/// What m and its derivatives share at one radius.
+struct SersicPlace<R> {
+    u: R,
+    /// ln(r/R)/n.
+    exponent: R,
+    /// (r/R)^{1/n}.
+    s: R,
+    /// b·s, no larger than [`FAR_X`] where it enters the series.
+    x: R,
+    /// κ/k_eff.
+    kappa: R,
+}
+
+/// Terms of S that leave less than 1e-17 of it: the tail of a Poisson distribution of mean x beyond a + k.
+fn terms(x: f64, index: f64) -> usize {
+    let x = x.min(FAR_X);
+    (x + 9.0 * x.sqrt() + 20.0 - 2.0 * index).ceil().max(4.0) as usize
+}
+
 impl SersicLaw {
-    /// ∂m/∂n: u·m = ∫₀ᵘκ du′ with κ = exp{−b(s−1)}, s = u^{1/2n}, so that
-    /// ∂(u·m)/∂n = ∫κ[−b′(s−1) + b·s·ln s/n]du′ with du′ = 2n s^{2n−1}ds, by quadrature in ln s.
-    fn m_by_index(&self, u: f64) -> f64 {
-        /// Below e⁻⁴⁰ of the integral.
-        const SMALLEST: f64 = 40.0;
-        const PANELS: usize = 8;
-        let (n, b) = (self.index, self.b);
-        let high = u.ln() / (2.0 * n);
-        let low = high.min(0.0) - SMALLEST / (2.0 * n);
-        let integrand = |y: f64| {
-            let s = y.exp();
-            (2.0 * n * y - b * (s - 1.0)).exp() * (-B_N_SLOPE * (s - 1.0) + b * s * y / n) * 2.0 * n
-        };
-        integrate(low, high, PANELS, integrand) / u
+    #[inline(always)]
+    fn at<R: Real>(&self, u: R) -> SersicPlace<R> {
+        let exponent = u.ln() * (0.5 / self.index);
+        let s = exponent.exp();
+        SersicPlace { u, exponent, s, x: s * self.b, kappa: ((s + -1.0) * -self.b).exp() }
     }
+
+    /// Terms for the lane that needs most; more than a lane needs change it by less than its rounding.
+    #[inline(always)]
+    fn terms_of_lanes(&self, x: Lanes) -> usize {
+        terms(x.0.iter().copied().fold(0.0, f64::max), self.index)
+    }
+
+    /// S alone.
+    #[inline(always)]
+    fn series_sum<R: Real>(&self, x: R, terms: usize) -> R {
+        let x = R::splat(FAR_X).or_below(x, FAR_X, x);
+        let mut s = R::splat(1.0);
+        for k in (1..=terms).rev() {
+            s = x * (1.0 / (2.0 * self.index + k as f64)) * s + 1.0;
+        }
+        s
+    }
+
+    /// S, ∂S/∂a and (S − 1)/x by S = 1 + x/(a+1)·(1 + x/(a+2)·(1 + …)).
+    #[inline(always)]
+    fn series<R: Real>(&self, x: R, terms: usize) -> [R; 3] {
+        let x = R::splat(FAR_X).or_below(x, FAR_X, x);
+        let (mut s, mut by_a, mut rest) = (R::splat(1.0), R::splat(0.0), R::splat(0.0));
+        for k in (1..=terms).rev() {
+            let c = 1.0 / (2.0 * self.index + k as f64);
+            let y = x * c;
+            by_a = y * (by_a - s * c);
+            rest = s * c;
+            s = y * s + 1.0;
+        }
+        [s, by_a, rest]
+    }
+
+    #[inline(always)]
+    fn m<R: Real>(&self, at: &SersicPlace<R>, s: R) -> R {
+        let far = R::splat(self.total) / at.u;
+        select_far(at.x, far, at.kappa * s)
+    }
+
+    /// ∂m/∂n at fixed u: ∂s/∂n = −s ln s/n, ∂κ/∂n = κ[−b′(s−1) + b s ln s/n], ∂S/∂x = S − a(S−1)/x.
+    #[inline(always)]
+    fn m_by_index<R: Real>(&self, at: &SersicPlace<R>, [s, by_a, rest]: [R; 3]) -> R {
+        let moved = at.s * at.exponent * (1.0 / self.index);
+        let kappa_by_n = (at.s + -1.0) * -B_N_SLOPE + moved * self.b;
+        let x_by_n = at.s * B_N_SLOPE - moved * self.b;
+        let by_x = s - rest * (2.0 * self.index);
+        let near = at.kappa * (kappa_by_n * s + by_a * 2.0 + by_x * x_by_n);
+        let far = R::splat(self.total * self.ln_total_by_index) / at.u;
+        select_far(at.x, far, near)
+    }
+}
+
+/// `far` where x is at least [`FAR_X`], else `near`.
+#[inline(always)]
+fn select_far<R: Real>(x: R, far: R, near: R) -> R {
+    far.or_below(x, FAR_X, near)
 }
 
 /// ∫₀ˣ P(a, t)/t dt: below t = 1 by the series Σ(−1)^k t^{a+k}/[k!(a+k)²Γ(a)], above by quadrature in ln t.
@@ -96,7 +188,11 @@ impl SersicMass {
         require((0.3..=10.0).contains(&index), "sersic_index", index, "from 0.3 to 10")?;
         let b = b_n(index);
         let total = (b - 2.0 * index * b.ln() + ln_gamma(2.0 * index)).exp() * 2.0 * index;
-        Self::round(SersicLaw { index, b, total }, radius_arcsec, k_eff, centre_arcsec)
+        // d/dn of b − 2n ln b + ln Γ(2n+1).
+        let ln_total_by_index =
+            B_N_SLOPE * (1.0 - 2.0 * index / b) - 2.0 * b.ln() + 2.0 * digamma(2.0 * index + 1.0);
+        let law = SersicLaw { index, b, total, ln_total_by_index };
+        Self::round(law, radius_arcsec, k_eff, centre_arcsec)
     }
 }
 

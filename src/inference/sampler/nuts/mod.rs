@@ -36,6 +36,8 @@ pub struct NutsSettings {
     pub block_draws: usize,
     /// Draws of a chain after which sampling stops unconverged.
     pub max_draws: usize,
+    /// Gradients of all chains after which sampling stops unconverged, at the end of a block.
+    pub max_gradients: u64,
     /// Mean acceptance probability that the step size aims at, in (0.5, 1).
     pub target_acceptance: f64,
     /// Doublings after which a trajectory ends, 1 to 20.
@@ -51,8 +53,9 @@ impl Default for NutsSettings {
             warmup_draws: 200,
             block_draws: 250,
             max_draws: 10_000,
+            max_gradients: 600_000,
             target_acceptance: 0.8,
-            max_tree_depth: 10,
+            max_tree_depth: 8,
             start_spread: 1.0,
         }
     }
@@ -126,6 +129,11 @@ impl NutsState {
     /// Draws of a chain after which sampling stops.
     pub fn max_draws(&self) -> usize {
         self.settings.max_draws
+    }
+
+    /// Whether the gradients allowed are used up.
+    pub fn is_exhausted(&self) -> bool {
+        self.evaluations >= self.settings.max_gradients
     }
 
     /// Whether the draws of that block are thrown away.

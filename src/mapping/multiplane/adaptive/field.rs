@@ -1,4 +1,4 @@
-//! The rectangle of the sky that holds a set of rays, and its quarters.
+//! Squares of the sky that hold rays, and their quarters.
 
 /// A rectangle on the sky, sides along the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,9 +27,9 @@ impl Field {
         (finite && !theta_arcsec.is_empty()).then_some(Self { centre_arcsec, half_arcsec })
     }
 
-    /// Half the diagonal, arcsec.
-    pub fn radius_arcsec(&self) -> f64 {
-        self.half_arcsec[0].hypot(self.half_arcsec[1])
+    /// The smallest square about the same centre.
+    pub(super) fn square(&self) -> Self {
+        Self { half_arcsec: [self.half_arcsec[0].max(self.half_arcsec[1]); 2], ..*self }
     }
 
     /// True for θ inside.
@@ -37,26 +37,21 @@ impl Field {
         (0..2).all(|c| (theta[c] - self.centre_arcsec[c]).abs() <= self.half_arcsec[c])
     }
 
-    /// Which half of each side θ lies in: bit 0 right, bit 1 upper; a side much shorter than the other is not halved.
+    /// The quarter that θ lies in: bit 0 right, bit 1 upper.
     pub(super) fn quarter_of(&self, theta: [f64; 2]) -> usize {
-        let upper = |c: usize| self.is_halved(c) && theta[c] > self.centre_arcsec[c];
-        usize::from(upper(0)) + 2 * usize::from(upper(1))
+        let upper = |c: usize| usize::from(theta[c] > self.centre_arcsec[c]);
+        upper(0) + 2 * upper(1)
     }
 
-    /// Quarter number `k` in the order of [`Self::quarter_of`].
+    /// Quarter number `k` in the order of [`Self::quarter_of`], wide enough to hold its rays whatever the rounding.
     pub(super) fn quarter(&self, k: usize) -> Self {
         let mut quarter = *self;
         for c in 0..2 {
-            if self.is_halved(c) {
-                quarter.half_arcsec[c] *= 0.5;
-                quarter.centre_arcsec[c] += if k >> c & 1 == 1 { 0.5 } else { -0.5 } * self.half_arcsec[c];
-            }
+            quarter.half_arcsec[c] *= 0.5;
+            quarter.centre_arcsec[c] += if k >> c & 1 == 1 { 0.5 } else { -0.5 } * self.half_arcsec[c];
+            quarter.half_arcsec[c] *= 1.0 + 1e-9;
         }
         quarter
-    }
-
-    fn is_halved(&self, c: usize) -> bool {
-        self.half_arcsec[c] > 0.5 * self.half_arcsec[1 - c]
     }
 }
 
@@ -69,10 +64,9 @@ mod tests {
         let field = Field::around(&[[-1.0, 0.5], [3.0, 2.5], [0.0, 1.0]]).unwrap();
         for theta in [[-0.9, 0.6], [2.0, 0.6], [0.3, 2.4], [2.9, 2.2]] {
             assert!(field.contains(theta));
-            assert!(field.quarter(field.quarter_of(theta)).contains(theta), "{theta:?}");
+            let square = field.square();
+            assert!(square.quarter(square.quarter_of(theta)).contains(theta), "{theta:?}");
         }
-        let line = Field { centre_arcsec: [0.0; 2], half_arcsec: [2.0, 0.1] };
-        assert_eq!(line.quarter(1), Field { centre_arcsec: [1.0, 0.0], half_arcsec: [1.0, 0.1] });
         assert!(Field::around(&[]).is_none() && Field::around(&[[f64::NAN, 0.0]]).is_none());
     }
 }

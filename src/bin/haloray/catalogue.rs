@@ -1,0 +1,202 @@
+//! `haloray study catalogue`: every image of a catalogue with every model; precision, accuracy, outliers.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use haloray::imaging::PixelSampling;
+use haloray::inference::model::ModelDescription;
+use haloray::io::{
+    CATALOGUE_GROUP, Provenance, TrueShear, read_observation, read_recovery, read_truth_table,
+    write_atomically, write_recovery,
+};
+use haloray::mock::ShearRecovery;
+use haloray::pipeline::{CatalogueImage, CatalogueSettings, fit_catalogue};
+use haloray::report::CatalogueReport;
+use haloray::{Error, Result};
+
+use crate::bars::Bars;
+use crate::fit::{SamplerArg, SamplingArg, description, fingerprint, limited, toml_of};
+use crate::output::print_files;
+
+/// How well γ_LOS is measured: every image of a catalogue fitted with every model (section 3, Table 2).
+///
+/// DIR holds truth.csv (image, gamma1_los, gamma2_los, optionally quality) and the FITS images it names: the folder of
+/// `haloray mock`, or one made elsewhere. One fit runs on each core from a blind start; a line tells of each that ends.
+/// A fit that has ended is never repeated: the same command goes on where it was stopped and ends with the same table.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  haloray study catalogue catalogue\n  \
+                  haloray study catalogue catalogue --models comprehensive,power-law -o results")]
+pub struct CatalogueArgs {
+    /// Folder with truth.csv and the images.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Models, built in or files ending in .toml.
+    #[arg(
+        long,
+        value_name = "NAME|MODEL.toml,…",
+        value_delimiter = ',',
+        default_value = "comprehensive,no-foreground-shear,aligned,power-law"
+    )]
+    models: Vec<String>,
+    /// Fit only the first N images of the table.
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    first: Option<usize>,
+    /// How pixels are integrated, instead of the models' (`point`): as the images were made.
+    #[arg(long, value_enum)]
+    pixel_sampling: Option<SamplingArg>,
+    /// How to sample.
+    #[arg(long, value_enum, default_value_t = SamplerArg::Nuts)]
+    sampler: SamplerArg,
+    /// Draws of a chain or walker after which a fit stops, converged or not.
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(4..))]
+    max_draws: Option<usize>,
+    /// Seed of starts and sampling.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    seed: u64,
+    /// Folder for the results; DIR/study when left out.
+    #[arg(long, short, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
+    let output = args.output.clone().unwrap_or_else(|| args.folder.join("study"));
+    let models: Vec<ModelDescription> = args.models.iter().map(|m| description(m)).collect::<Result<_>>()?;
+    let settings = CatalogueSettings {
+        sampler: limited(args.sampler.settings(), args.max_draws)?,
+        pixel_sampling: args.pixel_sampling.map(PixelSampling::from),
+        seed: args.seed,
+    };
+    let mut truths = read_truth_table(&args.folder.join("truth.csv"))?;
+    truths.truncate(args.first.unwrap_or(usize::MAX));
+    let images = truths
+        .iter()
+        .map(|truth| {
+            let (observation, keywords) = read_observation(&args.folder.join(&truth.image))?;
+            let pixel_sampling = keywords.pixel_sampling;
+            Ok(CatalogueImage { name: truth.image.clone(), observation, pixel_sampling })
+        })
+        .collect::<Result<Vec<_>>>()?;
+    std::fs::create_dir_all(&output).map_err(|source| Error::OutputPlace { path: output.clone(), source })?;
+
+    let keys = keys(args, &images, &models, &settings)?;
+    let all: Vec<(usize, usize)> =
+        (0..images.len()).flat_map(|i| (0..models.len()).map(move |m| (i, m))).collect();
+    let key = |(i, m): (usize, usize)| keys[i * models.len() + m].as_str();
+    let saved =
+        |task: (usize, usize)| read_recovery(&output, key(task), &images[task.0].name, &models[task.1].name);
+    let mut missing = Vec::new();
+    for task in &all {
+        if saved(*task)?.is_none() {
+            missing.push(*task);
+        }
+    }
+    let ended = AtomicUsize::new(all.len() - missing.len());
+    fit_catalogue(&images, &models, &missing, &settings, |task, fit, seconds| {
+        write_recovery(&output, key(task), fit, seconds)?;
+        let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
+        if !bars.is_quiet() {
+            crate::print(&line(number, all.len(), fit, &truths[task.0], seconds));
+        }
+        Ok(())
+    })?;
+
+    let mut report =
+        CatalogueReport { models: models.iter().map(|m| m.name.clone()).collect(), fits: vec![] };
+    let mut seconds = 0.0;
+    for task in &all {
+        if let Some((fit, own)) = saved(*task)? {
+            seconds += own;
+            report.fits.push((fit, truths[task.0].clone()));
+        }
+    }
+    let provenance = Provenance::new(Some(args.seed), resolved(&models, &settings));
+    let files = write(&report, &output, &provenance)?;
+    if !bars.is_quiet() {
+        crate::print(&format!("\n{}\n{} fits, {seconds:.0} s of fitting\n\n", report.markdown(), all.len()));
+    }
+    print_files(&files, bars);
+    Ok(())
+}
+
+/// What each fit depends on: image, model and settings.
+fn keys(
+    args: &CatalogueArgs,
+    images: &[CatalogueImage],
+    models: &[ModelDescription],
+    settings: &CatalogueSettings,
+) -> Result<Vec<String>> {
+    let mut keys = Vec::new();
+    for image in images {
+        let bytes = fingerprint(&args.folder.join(&image.name))?;
+        for model in models {
+            let model = toml_of(&settings.resolved(model, image));
+            keys.push(format!("{bytes}\n{:?}, seed {}\n{model}", settings.sampler, settings.seed));
+        }
+    }
+    Ok(keys)
+}
+
+fn resolved(models: &[ModelDescription], settings: &CatalogueSettings) -> String {
+    let models = models.iter().map(|m| format!("# ---- {}\n{}", m.name, toml_of(m)));
+    format!("# {:?}\n{}", settings.sampler, models.collect::<String>())
+}
+
+fn line(number: usize, all: usize, fit: &ShearRecovery, truth: &TrueShear, seconds: f64) -> String {
+    let shear = |a: usize| {
+        let s = &fit.shear[a];
+        let [minus, plus] = s.sigmas();
+        format!("{:+.4} +{plus:.4} −{minus:.4} (true {:+.4})", s.median, truth.gamma_los[a])
+    };
+    let state = match (fit.converged, fit.is_productive()) {
+        (false, _) => format!("NOT CONVERGED (R-hat {:.3}, ESS {:.0})", fit.worst_r_hat, fit.worst_ess),
+        (true, false) => "unbounded".into(),
+        (true, true) => "converged".into(),
+    };
+    let (image, model) = (&fit.image, &fit.model);
+    format!(
+        "{number}/{all}  {image}  {model:<20}  γ1 {}  γ2 {}  {state}, {seconds:.0} s\n",
+        shear(0),
+        shear(1)
+    )
+}
+
+/// Tables, scores and figures; each replaces its predecessor whole.
+fn write(report: &CatalogueReport, output: &Path, provenance: &Provenance) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    let fits = output.join("fits.csv");
+    report.fit_table()?.write(&fits, CATALOGUE_GROUP, provenance)?;
+    files.push(fits);
+    let mut text = |name: &str, content: String| {
+        let path = output.join(name);
+        write_atomically(&path, |place| {
+            let written =
+                std::fs::File::create(place).and_then(|mut file| file.write_all(content.as_bytes()));
+            written.map_err(|e| Error::write(place, e))
+        })?;
+        files.push(path);
+        Ok::<(), Error>(())
+    };
+    text("table.md", report.markdown())?;
+    let json = serde_json::to_string_pretty(&report.scores()).map_err(|e| Error::write(output, e))?;
+    text("scores.json", json + "\n")?;
+    for (name, figure) in report.figures() {
+        files.extend(figure.save(&output.join(name))?);
+    }
+    Ok(files)
+}
+
+/// The default of `--models` are the models of the paper's table.
+#[cfg(test)]
+mod tests {
+    use haloray::mock::PAPER_TABLE_2;
+
+    use super::*;
+
+    #[test]
+    fn the_models_of_the_paper_are_built_in() {
+        for paper in PAPER_TABLE_2 {
+            assert_eq!(description(paper.model).unwrap().name, paper.model);
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Section 3: every image of a catalogue fitted with every model, one fit a core.
+
+use std::time::Instant;
+
+use super::one_core_each::one_core_each;
+use crate::error::Result;
+use crate::imaging::PixelSampling;
+use crate::inference::model::{CompiledModel, ModelDescription};
+use crate::inference::sampler::SamplerSettings;
+use crate::inference::{Fit, FitSettings, Observation};
+use crate::mock::ShearRecovery;
+
+/// An image to fit.
+#[derive(Debug, Clone)]
+pub struct CatalogueImage {
+    /// Name of its file.
+    pub name: String,
+    /// The image.
+    pub observation: Observation,
+    /// How its pixels were integrated, where it says so.
+    pub pixel_sampling: Option<PixelSampling>,
+}
+
+/// How to fit a catalogue.
+#[derive(Debug, Clone, Copy)]
+pub struct CatalogueSettings {
+    /// The sampler.
+    pub sampler: SamplerSettings,
+    /// How pixels are integrated, instead of what the model says.
+    pub pixel_sampling: Option<PixelSampling>,
+    /// Seed of every fit.
+    pub seed: u64,
+}
+
+impl CatalogueSettings {
+    /// `description` with the pixel sampling of the study, else its own, else that of the image.
+    pub fn resolved(&self, description: &ModelDescription, image: &CatalogueImage) -> ModelDescription {
+        let sampling = self.pixel_sampling.or(description.pixel_sampling).or(image.pixel_sampling);
+        ModelDescription {
+            pixel_sampling: Some(sampling.unwrap_or(PixelSampling::Adaptive)),
+            ..description.clone()
+        }
+    }
+}
+
+/// Fits the pairs (image, model) of `tasks`, those early in the list first; `ended` sees each fit as it ends, with its
+/// seconds.
+///
+/// # Errors
+/// Models that cannot be compiled, images without a start, and those of `ended`; fits that ended before stay with `ended`.
+pub fn fit_catalogue(
+    images: &[CatalogueImage],
+    models: &[ModelDescription],
+    tasks: &[(usize, usize)],
+    settings: &CatalogueSettings,
+    ended: impl Fn((usize, usize), &ShearRecovery, f64) -> Result<()> + Sync,
+) -> Result<()> {
+    let compiled: Vec<CompiledModel> = models.iter().map(CompiledModel::new).collect::<Result<_>>()?;
+    one_core_each(tasks.len() as u64, |i| {
+        let (image, model) = tasks[i as usize];
+        let image = &images[image];
+        let description = settings.resolved(&models[model], image);
+        let fit_settings = FitSettings {
+            likelihood: description.likelihood,
+            pixel_sampling: description.pixel_sampling.unwrap_or(PixelSampling::Adaptive),
+            sampler: settings.sampler,
+            seed: settings.seed,
+        };
+        let start = Instant::now();
+        let observation = image.observation.clone();
+        let fit = Fit::run(observation, compiled[model].clone(), fit_settings, None, |_| Ok(()))?;
+        let recovery = ShearRecovery::of(&fit, &image.name, &description.name)?;
+        ended(tasks[i as usize], &recovery, start.elapsed().as_secs_f64())
+    })?;
+    Ok(())
+}

@@ -1,0 +1,38 @@
+//! Independent pieces of work, each on one core: whole fits share the cores better than the chains of one.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::error::{Error, Result};
+
+/// `work(0..number)` in order; an error stops what has not begun.
+pub(super) fn one_core_each<T: Send>(number: u64, work: impl Fn(u64) -> Result<T> + Sync) -> Result<Vec<T>> {
+    let next = AtomicU64::new(0);
+    let worker = || -> Result<Vec<(u64, T)>> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let pool =
+            pool.map_err(|e| Error::out_of_range("number of threads", 1, &format!("possible here ({e})")))?;
+        let mut done = Vec::new();
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= number {
+                return Ok(done);
+            }
+            let result = pool.install(|| work(i));
+            if result.is_err() {
+                next.store(number, Ordering::Relaxed);
+            }
+            done.push((i, result?));
+        }
+    };
+    let parts: Vec<Result<Vec<(u64, T)>>> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(worker)).collect();
+        let join = |worker: std::thread::ScopedJoinHandle<_>| {
+            worker.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
+        };
+        workers.into_iter().map(join).collect()
+    });
+    let mut all: Vec<(u64, T)> =
+        parts.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
+    all.sort_by_key(|(i, _)| *i);
+    Ok(all.into_iter().map(|(_, result)| result).collect())
+}
