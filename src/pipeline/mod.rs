@@ -25,5 +25,7 @@ pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-pub use view::{LensAndSource, View, critical_curves, line_of_sight, main_lens, source_centre};
+pub use view::{
+    LensAndSource, View, critical_curves, line_of_sight, main_lens, maps, source_centre, to_accuracy,
+};
 pub use view_fits::{ViewFit, fit_views};

@@ -27,6 +27,11 @@ impl Field {
         (finite && !theta_arcsec.is_empty()).then_some(Self { centre_arcsec, half_arcsec })
     }
 
+    /// False for a point, and for sides that are not finite.
+    pub(super) fn is_extended(&self) -> bool {
+        self.half_arcsec.iter().all(|h| h.is_finite()) && self.half_arcsec != [0.0; 2]
+    }
+
     /// The smallest square about the same centre.
     pub(super) fn square(&self) -> Self {
         Self { half_arcsec: [self.half_arcsec[0].max(self.half_arcsec[1]); 2], ..*self }

@@ -1,107 +1,93 @@
 //! Adaptive tracing: rays meet the haloes they pass closely one by one, all others as one smooth map.
 //!
 //! The field is quartered into tiles. A hundred rays through a tile, traced exactly or through a wider tile, show
-//! where rays meet each rough plane and what smooth haloes do to a kick; both vary smoothly over the tile and are
+//! where rays meet each rough plane and how smooth haloes pass a kick on; both vary smoothly over the tile and are
 //! interpolated. Rays of the tile then meet the rough planes alone. docs/ADAPTIVE_TRACING.md derives the errors.
 
+mod accuracy;
 mod build;
 mod chebyshev;
 mod field;
 mod kick;
+mod report;
 mod survey;
 mod tile;
 mod tree;
 mod vacuum;
 mod way;
 
+pub use accuracy::{Accuracy, Exact};
 pub use field::Field;
+pub use report::AccuracyReport;
 
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use rand::RngExt;
 
 use super::segment::Segment;
-use crate::error::{Result, require};
 use crate::mapping::{Mapping, Order, RayBundle};
 use crate::numerics::random::{Stage, stream};
-use tree::{FEW, Traced, Tree};
+use tree::{FEW_IN_VACUUM, Traced, Tree};
 
 /// A segment traced to a stated accuracy instead of exactly.
 ///
 /// Tiles carry a bound on the error of β; rays outside the field, rays that no accurate tile holds, and delays are
-/// traced exactly. Every call compares random rays with the exact recursion and falls back to it for all rays if one
-/// is off by more than the accuracy.
+/// traced exactly. Every call compares random rays with the exact recursion, and traces all rays exactly if one of
+/// them is off by more than the accuracy.
 pub struct AdaptiveSegment<'a> {
     exact: Segment<'a>,
-    accuracy_arcsec: f64,
-    /// None where exact tracing is cheaper.
-    tree: Option<Tree<'a>>,
+    /// The accuracy in arcsec and the tiles; none where exact tracing is asked for or cheaper.
+    tree: Option<(f64, Tree<'a>)>,
     report: Mutex<AccuracyReport>,
-}
-
-/// How accurate adaptive traces were, over all calls so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct AccuracyReport {
-    /// Largest bound of |β − β_exact| over the rays, arcsec; 0 when all were traced exactly.
-    pub bound_arcsec: f64,
-    /// Largest |β − β_exact| over the random rays, arcsec.
-    pub measured_arcsec: f64,
-    /// Largest difference of an element of the Jacobian over the random rays, where one was asked for.
-    pub measured_jacobian: f64,
-    /// Rays, those of them traced exactly, and random rays compared with the exact recursion.
-    pub rays: usize,
-    /// Rays traced exactly.
-    pub rays_traced_exactly: usize,
-    /// Random rays compared with the exact recursion.
-    pub rays_compared: usize,
-    /// Halo planes met one by one, summed over the rays.
-    pub planes_met: usize,
 }
 
 /// Random rays compared with the exact recursion: what one tile of it holds.
 const COMPARED: usize = 48;
-/// Fewer rays than this are traced exactly: a survey of all planes costs as much.
-const FEWEST_RAYS: usize = 4 * FEW;
-/// Rounding of the interpolated maps; accuracies finer than a hundred times that are traced exactly.
+/// Rounding of the interpolated maps is below this; finer accuracies are traced exactly.
 const FINEST_ARCSEC: f64 = 1e-11;
 
 impl<'a> Segment<'a> {
-    /// Prepares adaptive tracing of about `rays` rays inside `field`, |β − β_exact| ≤ `accuracy_arcsec` for each.
+    /// Prepares tracing of about `rays` rays inside `field` to a stated accuracy.
     ///
-    /// # Errors
-    /// Unless the accuracy is a positive number.
-    pub fn adaptive(&self, field: Field, accuracy_arcsec: f64, rays: usize) -> Result<AdaptiveSegment<'a>> {
-        require(accuracy_arcsec > 0.0, "accuracy_arcsec", accuracy_arcsec, "a positive number")?;
-        let extended = field.half_arcsec.iter().all(|h| h.is_finite()) && field.half_arcsec != [0.0; 2];
-        let worthwhile = rays >= FEWEST_RAYS && accuracy_arcsec >= FINEST_ARCSEC && extended;
-        let tree = worthwhile.then(|| Tree::new(*self, &field, accuracy_arcsec));
-        Ok(AdaptiveSegment { exact: *self, accuracy_arcsec, tree, report: Mutex::default() })
+    /// Everything is traced exactly without a field, for few rays, and for accuracies that are not above 1e-11″.
+    pub fn adaptive(&self, accuracy: Accuracy, field: Option<Field>, rays: usize) -> AdaptiveSegment<'a> {
+        let tree = match (accuracy, field) {
+            (Accuracy::WithinArcsec(arcsec), Some(field))
+                if arcsec >= FINEST_ARCSEC && rays >= FEW_IN_VACUUM && field.is_extended() =>
+            {
+                Some((arcsec, Tree::new(*self, &field, arcsec)))
+            }
+            _ => None,
+        };
+        AdaptiveSegment { exact: *self, tree, report: Mutex::default() }
     }
 }
 
 impl AdaptiveSegment<'_> {
-    /// How accurate the calls of [`Mapping::map`] so far were.
-    pub fn report(&self) -> AccuracyReport {
-        *self.report.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    /// False when every ray is traced exactly.
+    pub fn is_adaptive(&self) -> bool {
+        self.tree.is_some()
     }
 
-    fn note(&self, new: AccuracyReport) {
-        let mut sum = self.report.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        *sum = AccuracyReport {
-            bound_arcsec: sum.bound_arcsec.max(new.bound_arcsec),
-            measured_arcsec: sum.measured_arcsec.max(new.measured_arcsec),
-            measured_jacobian: sum.measured_jacobian.max(new.measured_jacobian),
-            rays: sum.rays + new.rays,
-            rays_traced_exactly: sum.rays_traced_exactly + new.rays_traced_exactly,
-            rays_compared: sum.rays_compared + new.rays_compared,
-            planes_met: sum.planes_met + new.planes_met,
-        };
+    /// How accurate the calls of [`Mapping::map`] so far were.
+    pub fn report(&self) -> AccuracyReport {
+        *self.report.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note(&self, new: &AccuracyReport) {
+        let mut sum = self.report.lock().unwrap_or_else(PoisonError::into_inner);
+        *sum = sum.and(new);
     }
 
     fn all_exactly(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
         let rays = theta_arcsec.len();
         let planes_met = rays * self.exact.planes.len();
-        self.note(AccuracyReport { rays, rays_traced_exactly: rays, planes_met, ..AccuracyReport::default() });
+        self.note(&AccuracyReport {
+            rays,
+            rays_traced_exactly: rays,
+            planes_met,
+            ..AccuracyReport::default()
+        });
         self.exact.map(theta_arcsec, order)
     }
 
@@ -131,17 +117,11 @@ fn scatter<T: Copy + Default>(n: usize, a: &[u32], of_a: Vec<T>, b: &[u32], of_b
     all
 }
 
-/// Largest of some differences; not a number counts as infinite.
-fn largest(differences: impl Iterator<Item = f64>) -> f64 {
-    differences.fold(0.0, |most, d| if d <= most { most } else if d.is_nan() { f64::INFINITY } else { d })
-}
-
 impl Mapping for AdaptiveSegment<'_> {
     fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
         let n = theta_arcsec.len();
-        let tree = match &self.tree {
-            Some(tree) if n >= FEW => tree,
-            _ => return self.all_exactly(theta_arcsec, order),
+        let Some((accuracy_arcsec, tree)) = self.tree.as_ref().filter(|_| n >= FEW_IN_VACUUM) else {
+            return self.all_exactly(theta_arcsec, order);
         };
         let mut rng = stream(n as u64, 0, Stage::AccuracyCheck, 0);
         let chosen: Vec<usize> = (0..COMPARED).map(|_| rng.random_range(0..n)).collect();
@@ -152,27 +132,15 @@ impl Mapping for AdaptiveSegment<'_> {
             bound_arcsec: traced.bound_arcsec,
             rays: n,
             rays_traced_exactly: traced.refused.len(),
-            rays_compared: COMPARED,
             planes_met: traced.met + traced.refused.len() * self.exact.planes.len(),
             ..AccuracyReport::default()
         };
         let rays = self.complete(theta_arcsec, order, traced);
-        let pairs = || chosen.iter().enumerate();
-        let measured_arcsec = largest(pairs().map(|(k, &i)| {
-            let (ours, exact) = (rays.beta_arcsec[i], exact.beta_arcsec[k]);
-            (ours[0] - exact[0]).hypot(ours[1] - exact[1])
-        }));
-        if !(measured_arcsec <= self.accuracy_arcsec) {
+        let report = report.compared(&rays, &chosen, &exact);
+        if !report.is_within(*accuracy_arcsec) {
             return self.all_exactly(theta_arcsec, order);
         }
-        let measured_jacobian = if rays.jacobian.is_empty() {
-            0.0
-        } else {
-            largest(pairs().flat_map(|(k, &i)| {
-                rays.jacobian[i].into_iter().zip(exact.jacobian[k]).map(|(a, b)| (a - b).abs())
-            }))
-        };
-        self.note(AccuracyReport { measured_arcsec, measured_jacobian, ..report });
+        self.note(&report);
         rays
     }
 

@@ -1,18 +1,17 @@
 //! What a tile is made from: a hundred rays through what surrounds it, which haloes are rough for it, what the others do.
 
-use super::chebyshev::{ROW_SIDE, SIDE, nodes};
+use super::chebyshev::{ROW_SIDE, SIDE, fine_number, nodes};
 use super::field::Field;
 use super::kick::Kick;
 use super::tile::Met;
 use super::way::Rows;
 use crate::mapping::multiplane::plane::Plane;
 
-/// Nodes of paths and of rows, and rays that only compare.
+/// Nodes of paths, and those of them that are nodes of rows.
 pub(super) const FINE_NODES: usize = SIDE * SIDE;
 pub(super) const ROW_NODES: usize = ROW_SIDE * ROW_SIDE;
-const CHECKS: usize = 16;
-/// Rays of a survey: fine nodes, then coarse nodes, then checks.
-pub(super) const RAYS: usize = FINE_NODES + ROW_NODES + CHECKS;
+/// Rays of a survey: nodes, then rays that only compare; two tiles of the exact recursion.
+pub(super) const RAYS: usize = 96;
 
 /// A rough plane as the rays of a survey meet it.
 pub(super) struct Rough<'a> {
@@ -38,10 +37,9 @@ pub(super) struct Survey<'a> {
 pub(super) fn rays(square: &Field, images_arcsec: &[[f64; 2]]) -> Vec<[f64; 2]> {
     /// 1/φ and 1/φ² for φ³ = φ + 1.
     const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
-    let mut rays = nodes(square, SIDE);
-    rays.extend(nodes(square, ROW_SIDE));
+    let mut rays = nodes(square);
     let inside = images_arcsec.iter().filter(|image| square.contains(**image));
-    rays.extend(inside.take(CHECKS / 2));
+    rays.extend(inside.take((RAYS - FINE_NODES) / 2));
     let spread = |k: usize| {
         [0, 1].map(|c| {
             let place = (0.5 + STEPS[c] * k as f64).fract();
@@ -50,6 +48,11 @@ pub(super) fn rays(square: &Field, images_arcsec: &[[f64; 2]]) -> Vec<[f64; 2]> 
     };
     rays.extend((1..).map(spread).take(RAYS - rays.len()));
     rays
+}
+
+/// The rays of a survey that are coarse nodes.
+pub(super) fn row_nodes(theta_arcsec: &[[f64; 2]]) -> [[f64; 2]; ROW_NODES] {
+    std::array::from_fn(|k| theta_arcsec[fine_number(k)])
 }
 
 /// Where the rays of a tile meet a plane: their mean and the largest distance from it.
@@ -74,7 +77,7 @@ impl Spot {
     /// False when interpolating the kick of a halo over the spot is good to `tolerance`; `alpha` is its largest kick
     /// at the edge.
     ///
-    /// The kick is analytic but for the halo's centre, so interpolation of degree 7 is off by about 2α·B⁻⁸, where B is
+    /// The kick is analytic but for the halo's centre, so interpolation of degree 8 is off by about 2α·B⁻⁹, where B is
     /// the sum of the half axes of the largest Bernstein ellipse that leaves the centre outside. For a halo at
     /// distance D from the middle of a square of half diagonal ϱ, B ≥ 2√2·D/ϱ − 1.3 beyond D = 1.5ϱ.
     #[inline(always)]
@@ -84,7 +87,7 @@ impl Spot {
         if distance > 1.5 * radius {
             let b = 2.0 * std::f64::consts::SQRT_2 * distance / radius - 1.3;
             let b4 = (b * b) * (b * b);
-            2.0 * alpha > tolerance * b4 * b4
+            2.0 * alpha > tolerance * b4 * b4 * b
         } else {
             // The deflection of any truncation is at most that of the plain halo, which is largest near 1.3 r_s.
             let [m, ..] = plane.radial(1.0);

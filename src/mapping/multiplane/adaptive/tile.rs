@@ -4,14 +4,13 @@ use multiversion::multiversion;
 
 use super::chebyshev::{Basis, Jet, LANES, Lanes, Series};
 use super::field::Field;
-use super::kick::{Kick, Kicks, Line};
+use super::kick::{Kick, Kicks};
 use super::way::Way;
 use crate::mapping::{Order, RayBundle};
 
-/// A rough plane of a tile: met in the direction θ = S(θ₀) + Q(θ₀)z, kicks by K(θ) less its line.
+/// A rough plane of a tile: met in the direction θ = S(θ₀) + Q(θ₀)z, and there kicked by K(θ).
 pub(super) struct Event<'a> {
     pub kick: Kick<'a>,
-    pub line: Line,
     /// S.
     pub path: Series<2>,
     /// Q, row by row.
@@ -93,11 +92,11 @@ fn trace<const ORDER: usize, const RECORD: bool>(
         state.locate::<ORDER>(&mut path, &rows);
         event.kick.at::<ORDER>(&path.value, used, &mut kicks);
         if RECORD {
-            let pairs = |lanes: &[Lanes; 2]| (0..used).map(|i| [lanes[0][i], lanes[1][i]]).collect::<Vec<_>>();
+            let pairs =
+                |lanes: &[Lanes; 2]| (0..used).map(|i| [lanes[0][i], lanes[1][i]]).collect::<Vec<_>>();
             met[number].theta_arcsec.extend(pairs(&path.value));
             met[number].kick_arcsec.extend(pairs(&kicks.kick));
         }
-        event.line.take_from::<ORDER>(&path, &mut kicks);
         state.kick::<ORDER>(&path, &rows, &kicks, tile.way.weight(event.kick.chi_cmpc()));
     }
     tile.end.at::<ORDER>(&basis, &mut path);
@@ -129,8 +128,8 @@ impl State {
                 if ORDER >= 1 {
                     for j in 0..2 {
                         for i in 0..LANES {
-                            path.first[j][c][i] += rows.first[j][q][i] * self.z[n][i]
-                                + rows.value[q][i] * self.first[n][j][i];
+                            path.first[j][c][i] +=
+                                rows.first[j][q][i] * self.z[n][i] + rows.value[q][i] * self.first[n][j][i];
                         }
                     }
                 }
@@ -159,8 +158,7 @@ impl State {
             if ORDER >= 1 {
                 for j in 0..2 {
                     for i in 0..LANES {
-                        first[c][j][i] =
-                            h[c][i] * path.first[j][0][i] + h[c + 1][i] * path.first[j][1][i];
+                        first[c][j][i] = h[c][i] * path.first[j][0][i] + h[c + 1][i] * path.first[j][1][i];
                     }
                 }
             }
@@ -204,24 +202,6 @@ impl State {
                                     + rows.value[q][i] * second[c][p][i]);
                         }
                     }
-                }
-            }
-        }
-    }
-}
-
-impl Line {
-    /// K ← K − push − H(θ − mean).
-    #[inline(always)]
-    fn take_from<const ORDER: usize>(&self, path: &Jet<2>, kicks: &mut Kicks) {
-        let ([mx, my], [px, py], [xx, xy, yy]) = (self.mean_arcsec, self.push_arcsec, self.hessian);
-        for i in 0..LANES {
-            let (x, y) = (path.value[0][i] - mx, path.value[1][i] - my);
-            kicks.kick[0][i] -= px + xx * x + xy * y;
-            kicks.kick[1][i] -= py + xy * x + yy * y;
-            if ORDER >= 1 {
-                for c in 0..3 {
-                    kicks.hessian[c][i] -= self.hessian[c];
                 }
             }
         }

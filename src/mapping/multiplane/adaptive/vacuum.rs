@@ -2,15 +2,14 @@
 
 use multiversion::multiversion;
 
+use super::chebyshev::corner;
 use super::field::Field;
 use super::kick::Kick;
-use super::survey::{FINE_NODES, ROW_NODES, Rough, Spot, Survey, rays};
+use super::survey::{ROW_NODES, Rough, Spot, Survey, rays, row_nodes};
 use super::tile::Met;
 use super::way::{Rows, Way};
 use crate::mapping::multiplane::plane::Plane;
-use crate::mapping::multiplane::recursion::{
-    TILE, Tile, radial_functions, trace_jacobians, trace_positions,
-};
+use crate::mapping::multiplane::recursion::{TILE, Tile, radial_functions, trace_jacobians, trace_positions};
 use crate::mapping::multiplane::segment::Segment;
 use crate::profile::mass::MassProfile;
 
@@ -39,7 +38,7 @@ pub(super) fn survey<'a>(
     let positions =
         |block: usize| record(segment, &way, &halts, &theta_arcsec[block * TILE..(block + 1) * TILE]);
     let (rows, (first, second)) = rayon::join(
-        || record_rows(segment, &way, &halts, &theta_arcsec[FINE_NODES..FINE_NODES + ROW_NODES]),
+        || record_rows(segment, &way, &halts, &row_nodes(&theta_arcsec)[1..]),
         || rayon::join(|| positions(0), || positions(1)),
     );
     let scale = 1.0 / way.length_cmpc();
@@ -246,7 +245,7 @@ fn pass(tile: &mut Tile, segment: &Segment, halt: &Halt, used: usize) -> usize {
 
 /// Rows at every halt and at the end for rays that only smooth haloes bend relative to each other.
 ///
-/// Lanes i and n + i hold ray i with derivatives by a and by b.
+/// Lanes i and n + i hold ray i with derivatives by a and by b. The n rays, all coarse nodes but the first, fill a tile.
 fn record_rows(
     segment: &Segment,
     way: &Way,
@@ -262,9 +261,12 @@ fn record_rows(
     }
     let rows = |tile: &Tile, inv_chi: f64| -> [Rows; ROW_NODES] {
         let by = |c: usize, i: usize| inv_chi * tile.dx[c][i];
-        std::array::from_fn(|i| {
-            [0, 2].map(|c| [by(c, i), by(c + 1, i), by(c, n + i), by(c + 1, n + i)])
-        })
+        let mut rows = [[[0.0; 4]; 2]; ROW_NODES];
+        for i in 0..n {
+            rows[i + 1] = [0, 2].map(|c| [by(c, i), by(c + 1, i), by(c, n + i), by(c + 1, n + i)]);
+        }
+        rows[0] = [0, 1].map(|c| std::array::from_fn(|m| corner(|k| rows[k][c][m])));
+        rows
     };
     let mut all = Vec::with_capacity(halts.len());
     let mut next = 0;
