@@ -32,7 +32,9 @@ impl<'a> Tile<'a> {
 
     /// Surveys a square inside this tile.
     pub fn survey(&self, square: Field, tolerance_arcsec: f64) -> Survey<'a> {
-        let images: Vec<[f64; 2]> = self.events.iter().map(|event| event.image_arcsec).collect();
+        let mut strongest: Vec<&Event> = self.events.iter().collect();
+        strongest.sort_by(|a, b| b.contrast_arcsec.total_cmp(&a.contrast_arcsec));
+        let images: Vec<[f64; 2]> = strongest.into_iter().map(|event| event.image_arcsec).collect();
         let theta_arcsec = rays(&square, &images);
         let (bundle, met) = self.record(&theta_arcsec);
         let is_rough = |event: &Event, met: &Met| match &event.kick {
@@ -102,7 +104,8 @@ fn build<'a>(survey: &Survey<'a>, way: Way, accuracy: f64) -> Tile<'a> {
             kick(&at_nodes[i], w, kicks[i], z);
         }
         let image_arcsec = image(square, &rough.kick, &rough.met.theta_arcsec);
-        events.push(Event { kick: rough.kick, path, rows, image_arcsec });
+        let kick_range = Spot::of(kicks.iter().copied()).radius_arcsec;
+        events.push(Event { kick: rough.kick, path, rows, image_arcsec, contrast_arcsec: kick_range });
     }
     let (end_rows, at_nodes) = rows(&survey.end_rows, 1.0, accuracy, &bases);
     let end = path(&survey.beta_arcsec, &at_nodes, &z, END_SHARE * accuracy);

@@ -33,19 +33,26 @@ pub(super) struct Survey<'a> {
 
 /// Rays of a survey; `images` are directions in which rough haloes are seen, strongest first.
 ///
-/// Half of the checks look at haloes, where errors are largest; the others are spread evenly (Roberts' R₂ sequence).
+/// Half of the checks pass close to haloes, where errors are largest (at the centre itself kicks are zero, and their
+/// errors nearly so): at a twentieth to a quarter of the half side, in all directions. The others are spread evenly
+/// (Roberts' R₂ sequence).
 pub(super) fn rays(square: &Field, images_arcsec: &[[f64; 2]]) -> Vec<[f64; 2]> {
     /// 1/φ and 1/φ² for φ³ = φ + 1.
     const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
-    let mut rays = nodes(square);
-    let inside = images_arcsec.iter().filter(|image| square.contains(**image));
-    rays.extend(inside.take((RAYS - FINE_NODES) / 2));
-    let spread = |k: usize| {
+    let at = |centre: [f64; 2], place: [f64; 2]| {
         [0, 1].map(|c| {
-            let place = (0.5 + STEPS[c] * k as f64).fract();
-            square.centre_arcsec[c] + square.half_arcsec[c] * (2.0 * place - 1.0)
+            let far = square.half_arcsec[c];
+            (centre[c] + far * place[c]).clamp(square.centre_arcsec[c] - far, square.centre_arcsec[c] + far)
         })
     };
+    let mut rays = nodes(square);
+    let inside: Vec<[f64; 2]> = images_arcsec.iter().filter(|at| square.contains(**at)).copied().collect();
+    for (k, image) in inside.iter().cycle().take((RAYS - FINE_NODES) / 2).enumerate() {
+        let (sin, cos) = (2.4 * k as f64).sin_cos();
+        let radius = 0.05 * (1 + k % 5) as f64;
+        rays.push(at(*image, [radius * cos, radius * sin]));
+    }
+    let spread = |k: usize| at(square.centre_arcsec, STEPS.map(|s| 2.0 * (0.5 + s * k as f64).fract() - 1.0));
     rays.extend((1..).map(spread).take(RAYS - rays.len()));
     rays
 }

@@ -15,8 +15,9 @@ pub(super) struct Event<'a> {
     pub path: Series<2>,
     /// Q, row by row.
     pub rows: Series<8>,
-    /// About where the centre of the halo is seen, arcsec.
+    /// About where the centre of the halo is seen, arcsec, and how much its kicks differ over the tile.
     pub image_arcsec: [f64; 2],
+    pub contrast_arcsec: f64,
 }
 
 /// β = S(θ₀) + Q(θ₀)z at the end of all events.

@@ -91,7 +91,8 @@ fn halts<'a>(
         let spot = edge.advance(lens.chi_cmpc);
         let [x, y] = lens.profile.centre_arcsec().unwrap_or(spot.mean_arcsec);
         let distance = (x - spot.mean_arcsec[0]).hypot(y - spot.mean_arcsec[1]);
-        if !(distance > CLEAR_OF_LENS * spot.radius_arcsec) {
+        let is_clear = distance > CLEAR_OF_LENS * spot.radius_arcsec;
+        if !is_clear {
             return None;
         }
         for i in 0..EDGE {
@@ -152,10 +153,8 @@ impl Edge {
             }
         }
         let inv = 1.0 / chi_cmpc;
-        let (mut mean, mut radius) = ([0.0; 2], 0.0_f64);
-        for c in 0..2 {
-            mean[c] = self.x[c].iter().sum::<f64>() * inv / EDGE as f64;
-        }
+        let mean = [0, 1].map(|c| self.x[c].iter().sum::<f64>() * inv / EDGE as f64);
+        let mut radius = 0.0_f64;
         for i in 0..EDGE {
             let [x, y] = [0, 1].map(|c| self.x[c][i] * inv - mean[c]);
             radius = radius.max(x * x + y * y);
