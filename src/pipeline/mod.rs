@@ -3,6 +3,7 @@
 mod advantage;
 mod calibration;
 mod catalogue;
+mod cut_study;
 mod haloes;
 mod one_core_each;
 mod progress;
@@ -19,6 +20,7 @@ pub use calibration::{
     calibration_of,
 };
 pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
+pub use cut_study::{CutRow, cut_study};
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;
