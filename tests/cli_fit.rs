@@ -17,6 +17,7 @@ use serde_json::Value;
 
 /// A model of few parameters for the image of [`image`].
 const MODEL: &str = r#"name = "small"
+pixel_sampling = "adaptive" # the PIXSAMP of the image comes first
 
 [[lens]]
 profile = "EPL"
@@ -224,7 +225,7 @@ fn models_that_cannot_be_meant_are_refused() {
     assert_refused(
         &edited("[[source]]", "[[sorce]]"),
         "small.toml",
-        &["sorce", "small.toml", "line 11", "column", list],
+        &["sorce", "small.toml", "line 12", "column", list],
     );
     let flat = edited("uniform = [0.5, 2.0]", "uniform = [0.5, 0.5]");
     assert_refused(&flat, "small.toml", &["prior of lens.theta_E", "above the lower edge", list]);

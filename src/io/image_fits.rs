@@ -149,7 +149,10 @@ impl ImageFile {
 const SAMPLING: &str = "PIXSAMP";
 
 fn pixel_sampling(path: &Path, header: &Header) -> Result<Option<PixelSampling>> {
-    let Some(given) = header.get_string(SAMPLING) else { return Ok(None) };
+    if header.find(SAMPLING).is_none() {
+        return Ok(None);
+    }
+    let given = header.get_string(SAMPLING).unwrap_or("not text");
     let all = [PixelSampling::Point, PixelSampling::Adaptive];
     let found = all.into_iter().find(|sampling| sampling.name() == given.trim());
     let fault = || Error::format(path, format!("{SAMPLING} is '{given}', but must be 'point' or 'adaptive'"));
@@ -358,6 +361,10 @@ mod tests {
         assert_eq!(
             fault(|units| units[0].header.set("PIXSAMP", text("fine"), None)),
             "PIXSAMP is 'fine', but must be 'point' or 'adaptive'"
+        );
+        assert_eq!(
+            fault(|units| units[0].header.set("PIXSAMP", HeaderValue::Integer(1), None)),
+            "PIXSAMP is 'not text', but must be 'point' or 'adaptive'"
         );
         assert_eq!(
             fault(|units| units[0].header.set("EXPTIME", text("long"), None)),

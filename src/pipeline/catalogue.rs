@@ -33,13 +33,10 @@ pub struct CatalogueSettings {
 }
 
 impl CatalogueSettings {
-    /// `description` with the pixel sampling of the study, else its own, else that of the image.
+    /// `description` with the pixel sampling of the study, else that of the image, else its own.
     pub fn resolved(&self, description: &ModelDescription, image: &CatalogueImage) -> ModelDescription {
-        let sampling = self.pixel_sampling.or(description.pixel_sampling).or(image.pixel_sampling);
-        ModelDescription {
-            pixel_sampling: Some(sampling.unwrap_or(PixelSampling::Adaptive)),
-            ..description.clone()
-        }
+        let sampling = description.sampling(self.pixel_sampling.or(image.pixel_sampling));
+        ModelDescription { pixel_sampling: Some(sampling), ..description.clone() }
     }
 }
 

@@ -48,7 +48,7 @@ pub struct Args {
     /// Likelihood, instead of the model's.
     #[arg(long, value_enum)]
     likelihood: Option<LikelihoodArg>,
-    /// How pixels are integrated, instead of the model's or the image's PIXSAMP; adaptive if none says.
+    /// How pixels are integrated, instead of what the image's PIXSAMP, or else the model, says; adaptive if none does.
     #[arg(long, value_enum)]
     pixel_sampling: Option<SamplingArg>,
     /// Draws of a chain or walker after which sampling stops, converged or not; nested sampling stops by itself.
@@ -162,8 +162,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     }
     let sampling = args.pixel_sampling.map(PixelSampling::from);
     let (observation, keywords) = read_observation(image)?;
-    let sampling = sampling.or(description.pixel_sampling).or(keywords.pixel_sampling);
-    let pixel_sampling = sampling.unwrap_or(PixelSampling::Adaptive);
+    let pixel_sampling = description.sampling(sampling.or(keywords.pixel_sampling));
     description.pixel_sampling = Some(pixel_sampling);
     let settings = FitSettings {
         likelihood: description.likelihood,

@@ -162,7 +162,7 @@ fn hint(error: &Error) -> &'static str {
         }
         Error::Table { .. } => {
             "a halo table has z,theta_x_arcsec,theta_y_arcsec and r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c; \
-             a points table has theta_x_arcsec,theta_y_arcsec"
+             a points table has theta_x_arcsec,theta_y_arcsec; a truth.csv has image,gamma1_los,gamma2_los"
         }
         Error::Format { problem, .. } if problem.contains("PSF") => {
             "a PSF kernel is a square FITS image of odd size, on pixels as large as those of the image"

@@ -125,6 +125,11 @@ impl ModelDescription {
     pub fn parse(text: &str) -> std::result::Result<Self, toml::de::Error> {
         toml::from_str(text)
     }
+
+    /// How pixels are integrated: as asked for or as the image says, else as the model says, else adaptively.
+    pub fn sampling(&self, asked: Option<PixelSampling>) -> PixelSampling {
+        asked.or(self.pixel_sampling).unwrap_or(PixelSampling::Adaptive)
+    }
 }
 
 #[cfg(test)]

@@ -34,13 +34,19 @@ impl LineOfSightModel {
     /// Nothing on the line of sight: the single-plane lens.
     pub const EMPTY: Self = Self::Full { od: Tidal::NONE, os: Tidal::NONE, ds: Tidal::NONE };
 
-    /// The minimal model of a full one, A_LOS = A_odᵀ A_ds⁻¹ A_os exactly; other models are returned as they are.
+    /// The minimal model of a full one, A_LOS = A_odᵀ A_ds⁻¹ A_os exactly, and the flexion-minimal model of a flexion
+    /// model, to first order.
     ///
     /// `None` when A_ds is singular.
     pub fn minimal(&self) -> Option<Self> {
-        let Self::Full { od, os, ds } = self else { return Some(*self) };
-        let los = Tidal::of_jacobian(&los_jacobian(od, os, ds)?);
-        Some(Self::Minimal { od: *od, los })
+        match self {
+            Self::Full { od, os, ds } => {
+                let los = Tidal::of_jacobian(&los_jacobian(od, os, ds)?);
+                Some(Self::Minimal { od: *od, los })
+            }
+            Self::Minimal { .. } => Some(*self),
+            Self::Flexion(model) => Some(Self::Flexion(model.to_minimal())),
+        }
     }
 
     pub(super) fn beta(&self, theta: Jet, lenses: &[MassModel]) -> Jet {
