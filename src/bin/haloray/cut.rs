@@ -79,6 +79,8 @@ fn table(rows: &[CutRow]) -> Result<Table> {
         named("gamma1_los", None),
         named("gamma2_los", None),
         named("delta_tot", None),
+        named("source_centre_x_arcsec", Some("arcsec")),
+        named("source_centre_y_arcsec", Some("arcsec")),
         column("image_max_over_noise", None, &largest),
         column("image_chi2", None, &CutRow::image_chi_squared),
     ])
