@@ -217,7 +217,7 @@ def main():
         head = [
             "# haloray beside its peers, in one run", "",
             f"Written by `data/oracle/bench_lenstronomy.py` (`just bench-peers`) on {datetime.date.today().isoformat()}; "
-            f"{platform.system()} on {processor()}, {os.cpu_count()} cores; {versions}. Tracers are timed from "
+            f"{platform.system()} on {processor()}, {os.cpu_count()} cores (load average at the end {os.getloadavg()[0]:.1f}); {versions}. Tracers are timed from "
             "columns in memory to β in memory, set-up of the planes included on both sides; draws as whole processes with their "
             "files. A ratio is the peer's seconds over the median of ours.", ""]
         pathlib.Path(options.summary).write_text("\n".join(head + lines) + "\n", encoding="utf-8")
