@@ -75,18 +75,50 @@ impl Noise {
         let slope = Lanes::splat(self.per_exposure).unless_below(model, f64::MIN_POSITIVE, 0.0);
         [model.max(0.0) * self.per_exposure + self.background, slope]
     }
-}
 
-/// ℓ, ℓ′ and −ℓ″ of some pixels, without the constant −½ ln 2π.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn expand_lanes(noise: Noise, data: &Lanes, model: &Lanes) -> [Lanes; 3] {
-    let [v, dv] = noise.variance(*model);
-    let (inverse, r) = (Lanes::splat(1.0) / v, *data - *model);
-    let w = dv * inverse;
-    let pull = r * inverse;
-    let first = pull + (dv * pull * pull - w) * 0.5;
-    let curvature = inverse + pull * w * 2.0 + pull * pull * dv * w - w * w * 0.5;
-    [(r * pull + v.ln()) * -0.5, first, curvature]
+    /// ℓ without the constant −½ ln 2π.
+    #[inline(always)]
+    fn log_density(self, data: Lanes, model: Lanes) -> Lanes {
+        let [v, _] = self.variance(model);
+        let r = data - model;
+        (r * r / v + v.ln()) * -0.5
+    }
+
+    /// ℓ′ and −ℓ″.
+    #[inline(always)]
+    fn expand(self, data: Lanes, model: Lanes) -> [Lanes; 2] {
+        let [v, dv] = self.variance(model);
+        let (inverse, r) = (Lanes::splat(1.0) / v, data - model);
+        let w = dv * inverse;
+        let pull = r * inverse;
+        let first = pull + (dv * pull * pull - w) * 0.5;
+        let curvature = inverse + pull * w * 2.0 + pull * pull * dv * w - w * w * 0.5;
+        [first, curvature]
+    }
+
+    /// 1/v of the data.
+    #[inline(always)]
+    fn weight(self, data: Lanes) -> Lanes {
+        Lanes::splat(1.0) / self.variance(data)[0]
+    }
+
+    /// −½(d−m)²/v(m), its derivative by m, and 1/v(d).
+    #[inline(always)]
+    fn chi_squared(self, data: Lanes, model: Lanes) -> [Lanes; 3] {
+        let [v, dv] = self.variance(model);
+        let r = data - model;
+        let pull = r / v;
+        [r * pull * -0.5, pull + dv * pull * pull * 0.5, self.weight(data)]
+    }
+
+    /// f = 1/v + ½(v′/v)² and f′.
+    #[inline(always)]
+    fn information(self, model: Lanes) -> [Lanes; 2] {
+        let [v, dv] = self.variance(model);
+        let inverse = Lanes::splat(1.0) / v;
+        let w = dv * inverse;
+        [inverse + w * w * 0.5, -(inverse * w) - w * w * w]
+    }
 }
 
 /// Fisher information f = 1/v + ½(v′/v)² of the model flux in every pixel and f′, 0 where it is not used.
@@ -99,12 +131,11 @@ pub(crate) fn informations(observation: &Observation, model: &[f64]) -> [Vec<f64
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn inform_pixels(noise: Noise, used: &[bool], model: &[f64], [f, df]: &mut [Vec<f64>; 2]) {
     for start in (0..model.len()).step_by(LANES) {
-        let [v, dv] = noise.variance(Lanes::load(model, start));
-        let inverse = Lanes::splat(1.0) / v;
-        let w = dv * inverse;
         let used = Lanes::load_flags(used, start);
-        (inverse + w * w * 0.5).unless_below(used, 1.0, 0.0).store(f, start);
-        (-(inverse * w) - w * w * w).unless_below(used, 1.0, 0.0).store(df, start);
+        let of_pixels = noise.information(Lanes::load(model, start));
+        let [of_f, of_df] = of_pixels.map(|v| v.unless_below(used, 1.0, 0.0));
+        of_f.store(f, start);
+        of_df.store(df, start);
     }
 }
 
@@ -117,22 +148,86 @@ pub(crate) fn combine(lights: &[Vec<f64>], amplitudes: &[f64]) -> Vec<f64> {
     model
 }
 
-/// Σ wᵢ BᵢBᵢᵀ.
-fn products(lights: &[Vec<f64>], weight: &[f64]) -> DMatrix<f64> {
-    let k = lights.len();
-    let mut matrix = DMatrix::zeros(k, k);
-    for i in 0..k {
-        for j in 0..=i {
-            matrix[(i, j)] = weighted_sum(&lights[i], &lights[j], weight);
-            matrix[(j, i)] = matrix[(i, j)];
-        }
-    }
-    matrix
+/// What the sums over pixels are weighted by.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Weights {
+    /// 1/v of the data, as for least squares: d/v and 1/v.
+    Data,
+    /// ℓ′ and −ℓ″ of the model; the value is Σℓ if it is asked for.
+    Expansion { with_value: bool },
+    /// 0 and the Fisher information f of the model; the value is Σℓ.
+    Information,
+    /// −½∂χ²/∂m with the variance of the model, and 1/v of the data; the value is −½χ².
+    ChiSquared,
 }
 
-fn project(lights: &[Vec<f64>], weight: &[f64]) -> DVector<f64> {
-    let ones = vec![1.0; weight.len()];
-    DVector::from_iterator(lights.len(), lights.iter().map(|light| weighted_sum(light, weight, &ones)))
+/// Sums over the pixels in use: Σℓ or −½χ², Σ w₁B and Σ w₂BBᵀ.
+struct Sums {
+    value: f64,
+    linear: DVector<f64>,
+    quadratic: DMatrix<f64>,
+}
+
+impl Sums {
+    fn of(observation: &Observation, lights: &[Vec<f64>], amplitudes: &[f64], weights: Weights) -> Self {
+        let k = lights.len();
+        let mut sums = vec![Lanes::ZERO; 1 + k + k * k];
+        sum_pixels(observation, lights, amplitudes, weights, &mut sums);
+        let sums: Vec<f64> = sums.into_iter().map(Lanes::sum).collect();
+        let (linear, quadratic) = sums[1..].split_at(k);
+        Self {
+            value: sums[0],
+            linear: DVector::from_column_slice(linear),
+            quadratic: DMatrix::from_fn(k, k, |i, j| quadratic[i.max(j) * k + i.min(j)]),
+        }
+    }
+}
+
+/// The value, the vector and the lower half of the matrix of [`Sums`], in one pass over the images.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn sum_pixels(
+    observation: &Observation,
+    lights: &[Vec<f64>],
+    amplitudes: &[f64],
+    weights: Weights,
+    sums: &mut [Lanes],
+) {
+    let noise = Noise::of(observation);
+    let (value, rest) = sums.split_at_mut(1);
+    let (linear, quadratic) = rest.split_at_mut(lights.len());
+    for start in (0..observation.data_e_s.len()).step_by(LANES) {
+        let data = Lanes::load(&observation.data_e_s, start);
+        let mut model = Lanes::ZERO;
+        for (light, a) in lights.iter().zip(amplitudes) {
+            model += Lanes::load(light, start) * *a;
+        }
+        let weighed = match weights {
+            Weights::Data => {
+                let weight = noise.weight(data);
+                [Lanes::ZERO, data * weight, weight]
+            }
+            Weights::ChiSquared => noise.chi_squared(data, model),
+            Weights::Expansion { with_value } => {
+                let [first, curvature] = noise.expand(data, model);
+                let value = if with_value { noise.log_density(data, model) } else { Lanes::ZERO };
+                [value, first, curvature]
+            }
+            Weights::Information => {
+                [noise.log_density(data, model), Lanes::ZERO, noise.information(model)[0]]
+            }
+        };
+        let used = Lanes::load_flags(&observation.used, start);
+        let [own, first, second] = weighed.map(|v| v.unless_below(used, 1.0, 0.0));
+        value[0] += own;
+        for (i, light) in lights.iter().enumerate() {
+            let light = Lanes::load(light, start);
+            linear[i] += first * light;
+            let scaled = second * light;
+            for (other, sum) in lights.iter().zip(&mut quadratic[i * lights.len()..=i * lights.len() + i]) {
+                *sum += scaled * Lanes::load(other, start);
+            }
+        }
+    }
 }
 
 /// Σ a·b·w in eight interleaved parts, which stay in SIMD registers.
@@ -146,37 +241,23 @@ fn weighted_sum(a: &[f64], b: &[f64], w: &[f64]) -> f64 {
     parts.sum()
 }
 
-/// ℓ′ and −ℓ″ of every pixel, 0 where it is not used, and Σℓ with the prior of the amplitudes.
-struct Expansion {
-    value: f64,
-    first: Vec<f64>,
-    curvature: Vec<f64>,
+/// ℓ′ and −ℓ″ of every pixel, 0 where it is not used.
+fn expansions(observation: &Observation, model: &[f64]) -> [Vec<f64>; 2] {
+    let mut out = [vec![0.0; model.len()], vec![0.0; model.len()]];
+    expand_pixels(observation, model, &mut out);
+    out
 }
 
-fn expand(
-    observation: &Observation,
-    lights: &[Vec<f64>],
-    amplitudes: &DVector<f64>,
-    priors: &[[f64; 2]],
-) -> Expansion {
-    let model = combine(lights, amplitudes.as_slice());
-    let n = model.len();
-    let mut out = Expansion { value: 0.0, first: vec![0.0; n], curvature: vec![0.0; n] };
-    let (noise, mut sum) = (Noise::of(observation), Lanes::ZERO);
-    for start in (0..n).step_by(LANES) {
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn expand_pixels(observation: &Observation, model: &[f64], [first, curvature]: &mut [Vec<f64>; 2]) {
+    let noise = Noise::of(observation);
+    for start in (0..model.len()).step_by(LANES) {
         let used = Lanes::load_flags(&observation.used, start);
-        let (data, model) = (Lanes::load(&observation.data_e_s, start), Lanes::load(&model, start));
-        let [value, first, curvature] =
-            expand_lanes(noise, &data, &model).map(|v| v.unless_below(used, 1.0, 0.0));
-        sum += value;
-        first.store(&mut out.first, start);
-        curvature.store(&mut out.curvature, start);
+        let (data, model) = (Lanes::load(&observation.data_e_s, start), Lanes::load(model, start));
+        let [of_first, of_curvature] = noise.expand(data, model).map(|v| v.unless_below(used, 1.0, 0.0));
+        of_first.store(first, start);
+        of_curvature.store(curvature, start);
     }
-    out.value = sum.sum();
-    for (a, [mean, sd]) in amplitudes.iter().zip(priors) {
-        out.value -= 0.5 * ((a - mean) / sd).powi(2);
-    }
-    out
 }
 
 fn marginalised(
@@ -189,18 +270,23 @@ fn marginalised(
     let mean = DVector::from_iterator(priors.len(), priors.iter().map(|[mean, _]| *mean));
     let diagonal = DMatrix::from_diagonal(&precision);
     let mut a = least_squares(observation, lights, &precision, &mean)?;
-    let (expansion, curvature) = maximise(observation, lights, priors, (&precision, &mean), &mut a)?;
+    maximise(observation, lights, (&precision, &mean), &mut a)?;
 
-    let model = combine(lights, a.as_slice());
-    let [f, df] = informations(observation, &model);
-    let fisher = (products(lights, &f) + &diagonal).cholesky()?;
+    let information = Sums::of(observation, lights, a.as_slice(), Weights::Information);
+    let off = &a - &mean;
+    let maximum = information.value - 0.5 * off.dot(&precision.component_mul(&off));
+    let fisher = (information.quadratic + &diagonal).cholesky()?;
     let ln_det: f64 = 2.0 * fisher.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
     let constant = -0.5 * std::f64::consts::TAU.ln() * observation.pixels_in_use() as f64;
-    let log_likelihood =
-        constant + expansion.value - 0.5 * (ln_det - precision.iter().map(|p| p.ln()).sum::<f64>());
+    let log_likelihood = constant + maximum - 0.5 * (ln_det - precision.iter().map(|p| p.ln()).sum::<f64>());
     let mut adjoint = Vec::new();
     if with_adjoint {
         // T = −½ ln det F depends on B directly and through â, where −H dâ + d(Bᵀℓ′) = 0.
+        let model = combine(lights, a.as_slice());
+        let [f, df] = informations(observation, &model);
+        let [first, second] = expansions(observation, &model);
+        let expansion = Weights::Expansion { with_value: false };
+        let curvature = Sums::of(observation, lights, a.as_slice(), expansion).quadratic + &diagonal;
         let inverse = fisher.inverse();
         // F⁻¹B and q = BᵀF⁻¹B of every pixel.
         let solved: Vec<Vec<f64>> = inverse.column_iter().map(|c| combine(lights, c.as_slice())).collect();
@@ -213,12 +299,11 @@ fn marginalised(
         let pulled = combine(lights, y.as_slice());
         adjoint = (0..lights.len())
             .map(|j| {
-                let (first, curvature) = (&expansion.first, &expansion.curvature);
                 (0..model.len())
                     .map(|i| {
                         first[i] * (a[j] + y[j])
                             - f[i] * solved[j][i]
-                            - a[j] * (curvature[i] * pulled[i] + 0.5 * df[i] * q[i])
+                            - a[j] * (second[i] * pulled[i] + 0.5 * df[i] * q[i])
                     })
                     .collect()
             })
@@ -227,44 +312,56 @@ fn marginalised(
     Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood, adjoint })
 }
 
-/// Newton's method for the amplitudes, halving steps that do not ascend; returns the expansion at the maximum and −H.
+/// Newton's method for the amplitudes, halving steps that do not ascend; `None` where ln p is not concave.
 fn maximise(
     observation: &Observation,
     lights: &[Vec<f64>],
-    priors: &[[f64; 2]],
     (precision, mean): (&DVector<f64>, &DVector<f64>),
     a: &mut DVector<f64>,
-) -> Option<(Expansion, DMatrix<f64>)> {
+) -> Option<()> {
     const MOST_STEPS: usize = 30;
-    /// A full step this long, in posterior standard deviations of the amplitudes, leaves its square: 1e-10.
-    const CONVERGED: f64 = 1e-5;
+    /// A full step this long, in posterior standard deviations of the amplitudes, leaves its square: 1e-8.
+    const CONVERGED: f64 = 1e-4;
+    /// Steps shorter than this ascend, there is no need to look.
+    const SAFE: f64 = 0.1;
     let diagonal = DMatrix::from_diagonal(precision);
-    let mut here = expand(observation, lights, a, priors);
+    let expand = |a: &DVector<f64>, with_value: bool| {
+        let mut sums = Sums::of(observation, lights, a.as_slice(), Weights::Expansion { with_value });
+        let off = a - mean;
+        // An unknown value is below any other.
+        let value = sums.value - 0.5 * off.dot(&precision.component_mul(&off));
+        sums.value = if with_value { value } else { f64::NEG_INFINITY };
+        sums.linear -= precision.component_mul(&off);
+        sums.quadratic += &diagonal;
+        sums
+    };
+    let mut here = expand(a, true);
     for _ in 0..MOST_STEPS {
-        let curvature = products(lights, &here.curvature) + &diagonal;
-        let gradient = project(lights, &here.first) - precision.component_mul(&(&*a - mean));
-        let factor = curvature.clone().cholesky()?;
-        let step = factor.solve(&gradient);
-        if !step.iter().all(|s| s.is_finite()) {
+        let step = here.quadratic.clone().cholesky()?.solve(&here.linear);
+        let length = here.linear.dot(&step).sqrt();
+        if !length.is_finite() {
             return None;
         }
-        if gradient.dot(&step) <= CONVERGED * CONVERGED {
+        if length <= SAFE {
             *a += step;
-            return Some((expand(observation, lights, a, priors), curvature));
+            if length <= CONVERGED {
+                break;
+            }
+            here = expand(a, false);
+            continue;
         }
-        let mut length = 1.0;
+        let mut part = 1.0;
         loop {
-            let moved = &*a + &step * length;
-            let there = expand(observation, lights, &moved, priors);
-            if there.value >= here.value || length < 1e-3 {
+            let moved = &*a + &step * part;
+            let there = expand(&moved, true);
+            if there.value >= here.value || part < 1e-3 {
                 (*a, here) = (moved, there);
                 break;
             }
-            length *= 0.5;
+            part *= 0.5;
         }
     }
-    let curvature = products(lights, &here.curvature) + &diagonal;
-    Some((here, curvature))
+    Some(())
 }
 
 /// Amplitudes by least squares with the variance of the data.
@@ -274,68 +371,51 @@ fn least_squares(
     precision: &DVector<f64>,
     mean: &DVector<f64>,
 ) -> Option<DVector<f64>> {
-    let weight = data_weights(observation);
-    let weighted: Vec<f64> = weight.iter().zip(&observation.data_e_s).map(|(w, d)| w * d).collect();
-    let matrix = products(lights, &weight) + DMatrix::from_diagonal(precision);
-    let right = project(lights, &weighted) + precision.component_mul(mean);
+    let sums = Sums::of(observation, lights, &[], Weights::Data);
+    let matrix = sums.quadratic + DMatrix::from_diagonal(precision);
+    let right = sums.linear + precision.component_mul(mean);
     Some(matrix.cholesky()?.solve(&right)).filter(|a| a.iter().all(|a| a.is_finite()))
 }
 
-/// 1/(max(d, 0)/t + σ²), 0 where the pixel is not used.
-fn data_weights(observation: &Observation) -> Vec<f64> {
-    let mut weight = vec![0.0; observation.data_e_s.len()];
-    weigh_pixels(Noise::of(observation), observation, &mut weight);
-    weight
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn weigh_pixels(noise: Noise, observation: &Observation, weight: &mut [f64]) {
-    for start in (0..weight.len()).step_by(LANES) {
-        let [v, _] = noise.variance(Lanes::load(&observation.data_e_s, start));
-        let used = Lanes::load_flags(&observation.used, start);
-        (Lanes::splat(1.0) / v).unless_below(used, 1.0, 0.0).store(weight, start);
-    }
-}
-
-/// −½(d−m)²/v(m) over all pixels, and its derivative by m in each.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn pull_pixels(noise: Noise, observation: &Observation, model: &[f64], first: &mut [f64]) -> f64 {
-    let mut sum = Lanes::ZERO;
-    for start in (0..model.len()).step_by(LANES) {
-        let [v, dv] = noise.variance(Lanes::load(model, start));
-        let r = Lanes::load(&observation.data_e_s, start) - Lanes::load(model, start);
-        let pull = r / v;
-        let used = Lanes::load_flags(&observation.used, start);
-        sum += (r * pull * -0.5).unless_below(used, 1.0, 0.0);
-        (pull + dv * pull * pull * 0.5).unless_below(used, 1.0, 0.0).store(first, start);
-    }
-    sum.sum()
-}
-
 fn solved(observation: &Observation, lights: &[Vec<f64>], with_adjoint: bool) -> Option<ImageFit> {
-    let k = lights.len();
-    let weight = data_weights(observation);
-    let weighted: Vec<f64> = weight.iter().zip(&observation.data_e_s).map(|(w, d)| w * d).collect();
-    let factor = products(lights, &weight).cholesky()?;
-    let a = factor.solve(&project(lights, &weighted));
+    let normal = Sums::of(observation, lights, &[], Weights::Data);
+    let factor = normal.quadratic.cholesky()?;
+    let a = factor.solve(&normal.linear);
     if !a.iter().all(|a| a.is_finite()) {
         return None;
     }
-    let model = combine(lights, a.as_slice());
-    let n = model.len();
-    let mut first = vec![0.0; n];
-    let log_likelihood = pull_pixels(Noise::of(observation), observation, &model, &mut first);
+    let chi2 = Sums::of(observation, lights, a.as_slice(), Weights::ChiSquared);
     let mut adjoint = Vec::new();
     if with_adjoint {
-        let y = factor.solve(&project(lights, &first));
-        adjoint = vec![vec![0.0; n]; k];
-        for i in 0..n {
-            let pulled: f64 = (0..k).map(|j| lights[j][i] * y[j]).sum();
-            let residual = weight[i] * (observation.data_e_s[i] - model[i]);
-            for j in 0..k {
-                adjoint[j][i] = first[i] * a[j] + residual * y[j] - weight[i] * a[j] * pulled;
-            }
+        let y = factor.solve(&chi2.linear);
+        adjoint = vec![vec![0.0; observation.data_e_s.len()]; lights.len()];
+        adjoin_pixels(observation, lights, (a.as_slice(), y.as_slice()), &mut adjoint);
+    }
+    Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood: chi2.value, adjoint })
+}
+
+/// ∂lnL/∂B of [`solved`], from the amplitudes and y = (Σ BBᵀ/v)⁻¹ ∂lnL/∂a.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
+fn adjoin_pixels(
+    observation: &Observation,
+    lights: &[Vec<f64>],
+    (a, y): (&[f64], &[f64]),
+    adjoint: &mut [Vec<f64>],
+) {
+    let noise = Noise::of(observation);
+    for start in (0..observation.data_e_s.len()).step_by(LANES) {
+        let data = Lanes::load(&observation.data_e_s, start);
+        let used = Lanes::load_flags(&observation.used, start);
+        let (mut model, mut pulled) = (Lanes::ZERO, Lanes::ZERO);
+        for (light, (a, y)) in lights.iter().zip(a.iter().zip(y)) {
+            let light = Lanes::load(light, start);
+            model += light * *a;
+            pulled += light * *y;
+        }
+        let [_, first, weight] = noise.chi_squared(data, model).map(|v| v.unless_below(used, 1.0, 0.0));
+        let residual = weight * (data - model);
+        for (out, (a, y)) in adjoint.iter_mut().zip(a.iter().zip(y)) {
+            (first * *a + residual * *y - weight * pulled * *a).store(out, start);
         }
     }
-    Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood, adjoint })
 }

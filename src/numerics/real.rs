@@ -102,37 +102,48 @@ impl Lanes {
     /// [`LANES`] numbers from `values[start..]`; beyond the end the last one again.
     #[inline(always)]
     pub fn load(values: &[f64], start: usize) -> Self {
-        match values.get(start..start + LANES) {
-            Some(run) => {
-                let mut lanes = Self::ZERO;
-                lanes.0.copy_from_slice(run);
-                lanes
-            }
-            None => Self(std::array::from_fn(|i| values[(start + i).min(values.len() - 1)])),
-        }
+        values[start..].first_chunk().map_or_else(|| Self::load_end(values, start), |run| Self(*run))
     }
 
     /// [`LANES`] numbers from `values[start..]`; beyond the end zero.
     #[inline(always)]
     pub fn load_or_zero(values: &[f64], start: usize) -> Self {
-        match values.get(start..start + LANES) {
-            Some(run) => {
-                let mut lanes = Self::ZERO;
-                lanes.0.copy_from_slice(run);
-                lanes
-            }
-            None => Self(std::array::from_fn(|i| values.get(start + i).copied().unwrap_or(0.0))),
-        }
+        values[start..].first_chunk().map_or_else(|| Self::load_end_or_zero(values, start), |run| Self(*run))
     }
 
     /// One for each `true` of `flags[start..]`, zero elsewhere and beyond the end.
     #[inline(always)]
     pub fn load_flags(flags: &[bool], start: usize) -> Self {
-        let number = |flag: bool| f64::from(u8::from(flag));
-        match flags.get(start..start + LANES) {
-            Some(run) => Self(std::array::from_fn(|i| number(run[i]))),
-            None => Self(std::array::from_fn(|i| flags.get(start + i).map_or(0.0, |flag| number(*flag)))),
+        match flags[start..].first_chunk::<LANES>() {
+            Some(run) => {
+                let mut lanes = Self::ZERO;
+                for (lane, flag) in lanes.0.iter_mut().zip(run) {
+                    *lane = f64::from(u8::from(*flag));
+                }
+                lanes
+            }
+            None => Self::load_end_of_flags(flags, start),
         }
+    }
+
+    // The ends are functions of their own, lest whole runs be read number by number as well.
+
+    #[cold]
+    #[inline(never)]
+    fn load_end(values: &[f64], start: usize) -> Self {
+        Self(std::array::from_fn(|i| values[(start + i).min(values.len() - 1)]))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn load_end_or_zero(values: &[f64], start: usize) -> Self {
+        Self(std::array::from_fn(|i| values.get(start + i).copied().unwrap_or(0.0)))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn load_end_of_flags(flags: &[bool], start: usize) -> Self {
+        Self(std::array::from_fn(|i| flags.get(start + i).map_or(0.0, |flag| f64::from(u8::from(*flag)))))
     }
 
     /// Writes the lanes to `values[start..]`, as many as there is room for.

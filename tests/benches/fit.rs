@@ -9,6 +9,10 @@ use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
 use haloray::inference::{ImageLikelihood, LatentLikelihood, Observation, find_start};
 use haloray::pipeline::{Table1Image, table1_image};
 
+/// As the command has it.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() {
     divan::main();
 }

@@ -29,6 +29,10 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
+use mimalloc::MiMalloc;
+
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 use haloray::{Error, Result};
 
 /// Simulates what every dark-matter halo along a line of sight does to a strong-lensing image.

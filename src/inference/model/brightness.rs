@@ -1,5 +1,7 @@
 //! Surface brightness of a model at the samples of a mesh, and its derivatives forwards and backwards, in SIMD lanes.
 
+use multiversion::multiversion;
+
 use super::compiled::CompiledModel;
 use super::mesh::Mesh;
 use crate::error::Result;
@@ -101,6 +103,7 @@ fn fill(family: &TidalFamily, (sources, lens_lights): Lights, (x, y): Points, ou
 
 const LIGHT_SLOTS: usize = Sersic::PARAMETERS.len();
 
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn accumulate(
     family: &TidalFamily,
     (sources, lens_lights): Lights,
@@ -134,6 +137,7 @@ fn accumulate(
     }
 }
 
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn differentiate(
     family: &TidalFamily,
     (sources, lens_lights): Lights,
@@ -148,12 +152,6 @@ fn differentiate(
         let theta = Cx::new(Lanes::load(x, start), Lanes::load(y, start));
         let beta = family.respond(theta, responses);
         let mut gradient = Cx::zero();
-        let mut add = |slot: usize, derivative: Lanes| {
-            if let Some(i) = free[slot] {
-                let sum = Lanes::load(&out[i], start) + derivative;
-                sum.store(&mut out[i], start);
-            }
-        };
         for (j, (light, amplitude)) in sources.iter().chain(lens_lights).zip(amplitudes).enumerate() {
             let mut own = [Lanes::ZERO; LIGHT_SLOTS];
             if j < sources.len() {
@@ -162,11 +160,20 @@ fn differentiate(
                 light.response_lanes(theta, &mut own);
             }
             for (k, own) in own.into_iter().enumerate() {
-                add(mapping_slots + LIGHT_SLOTS * j + k, own * *amplitude);
+                add(free[mapping_slots + LIGHT_SLOTS * j + k], start, own * *amplitude, out);
             }
         }
         for (slot, response) in responses.iter().enumerate() {
-            add(slot, gradient.dot(*response));
+            add(free[slot], start, gradient.dot(*response), out);
         }
+    }
+}
+
+/// Adds the derivative by a slot to the column of the free parameter that fills it.
+#[inline(always)]
+fn add(free: Option<usize>, start: usize, derivative: Lanes, out: &mut [Vec<f64>]) {
+    if let Some(i) = free {
+        let sum = Lanes::load(&out[i], start) + derivative;
+        sum.store(&mut out[i], start);
     }
 }

@@ -80,10 +80,16 @@ impl<'a> TidalFamily<'a> {
             Equation::Full { od, os, ds } => {
                 let at = act(od, theta);
                 let lens = self.lens_response(at, by_lens);
-                by_tensor(theta, |i, d| own[i] = -act(ds, lens.along(d)));
-                by_tensor(theta, |i, d| own[4 + i] = d);
-                by_tensor(lens.deflection, |i, d| own[8 + i] = -d);
-                by_lens.iter_mut().for_each(|d| *d = -act(ds, *d));
+                // Plain loops: closures would not be compiled for the instruction set of their caller.
+                let (by_theta, by_alpha) = (by_tensor(theta), by_tensor(lens.deflection));
+                for i in 0..4 {
+                    own[i] = -act(ds, lens.along(by_theta[i]));
+                    own[4 + i] = by_theta[i];
+                    own[8 + i] = -by_alpha[i];
+                }
+                for d in by_lens.iter_mut() {
+                    *d = -act(ds, *d);
+                }
                 act(os, theta) - act(ds, lens.deflection)
             }
             Equation::Flexion(model) => self.respond_flexion(model, theta, &mut own, by_lens),
@@ -108,19 +114,18 @@ impl<'a> TidalFamily<'a> {
         let lens = self.lens_response(theta, at_theta);
         let lens_d = self.lens_response(model.at_lens(theta), by_lens);
         let (alpha, bar) = (lens.deflection, theta.conj());
-        let tidal = |z: C, i: usize, own: &mut dyn FnMut(usize, C)| {
-            by_tensor(z, |k, d| {
-                if k < 3 {
-                    own(i + k, d);
-                }
-            });
-        };
-        tidal(theta, 0, &mut |i, d| own[i] = -lens_d.along(d));
-        by_tensor(theta, |i, d| own[3 + i] = d);
-        tidal(alpha, 7, &mut |i, d| own[i] = -d);
-        by_flexion(theta, |i, d| own[10 + i] = lens_d.along(d));
-        by_flexion(theta, |i, d| own[14 + i] = -d);
-        by_flexion(alpha, |i, d| own[18 + i] = -d);
+        let (tidal_theta, tidal_alpha) = (by_tensor(theta), by_tensor(alpha));
+        let (flexed_theta, flexed_alpha) = (by_flexion(theta), by_flexion(alpha));
+        for i in 0..3 {
+            own[i] = -lens_d.along(tidal_theta[i]);
+            own[7 + i] = -tidal_alpha[i];
+        }
+        for i in 0..4 {
+            own[3 + i] = tidal_theta[i];
+            own[10 + i] = lens_d.along(flexed_theta[i]);
+            own[14 + i] = -flexed_theta[i];
+            own[18 + i] = -flexed_alpha[i];
+        }
         let i = C::splat(0.0, 1.0);
         let alpha_bar = alpha.conj();
         own[22] = (theta + bar) * alpha + theta * alpha_bar;
@@ -179,23 +184,17 @@ fn complex(z: nalgebra::Complex<f64>) -> C {
 
 /// Derivatives of A·z by κ, γ1, γ2, ω.
 #[inline(always)]
-fn by_tensor(z: C, mut each: impl FnMut(usize, C)) {
+fn by_tensor(z: C) -> [C; 4] {
     let i = C::splat(0.0, 1.0);
-    each(0, -z);
-    each(1, -z.conj());
-    each(2, -(i * z.conj()));
-    each(3, -(i * z));
+    [-z, -z.conj(), -(i * z.conj()), -(i * z)]
 }
 
 /// Derivatives of q(z; F, G) by F1, F2, G1, G2.
 #[inline(always)]
-fn by_flexion(z: C, mut each: impl FnMut(usize, C)) {
+fn by_flexion(z: C) -> [C; 4] {
     let (half_i, bar) = (C::splat(0.0, 0.5), z.conj());
     let (square, modulus, bar_square) = (z * z, z * bar, bar * bar);
-    each(0, (square + modulus * 2.0) * 0.5);
-    each(1, half_i * (modulus * 2.0 - square));
-    each(2, bar_square * 0.5);
-    each(3, half_i * bar_square);
+    [(square + modulus * 2.0) * 0.5, half_i * (modulus * 2.0 - square), bar_square * 0.5, half_i * bar_square]
 }
 
 /// q(z; F, G) = ½(F̄z² + 2F|z|² + Gz̄²).
