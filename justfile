@@ -45,11 +45,15 @@ oracle: oracle-setup
 study:
     cargo run --release -- study tidal -n 100 -o tidal_study
 
-# our benchmarks, then lenstronomy beside us in one run; writes docs/BENCHMARKS.md
-bench: oracle-setup
+# our benchmarks
+bench:
     cargo bench
+
+# lenstronomy beside us in one run, and how times grow with haloes and rays; writes docs/BENCHMARKS.md and its figure
+bench-peers: oracle-setup
     cargo build --release
-    .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --summary docs/BENCHMARKS.md
+    bench=$(cargo bench --bench adaptive --no-run 2>&1 | sed -n 's/.*(\(.*adaptive-[0-9a-f]*\))/\1/p') && \
+    .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --bench "$bench" --scaling --summary docs/BENCHMARKS.md
 
 # the elliptical power law beside lenstronomy's in one run; writes docs/PROFILE_SPEED.md
 bench-lens: oracle-setup

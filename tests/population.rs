@@ -215,3 +215,15 @@ fn relations_evolve_in_consistent_and_stand_still_in_paper() {
         / population(&consistent).table(50).number_per_cmpc3();
     assert!((ratio - 1.0).abs() > 0.01, "the mass function evolves: {ratio}");
 }
+
+#[test]
+fn without_a_cut_both_draws_keep_every_halo() {
+    let mut config = config(Preset::Paper);
+    (config.haloes.min_point_shear, config.haloes.radius_cmpc) = (0.0, 0.5);
+    let population = population(&config);
+    let direct = draw_direct(&population, 3, 0);
+    assert_eq!(direct.chi_cmpc, draw_brute_force(&population, 3, 0, |_| ()).chi_cmpc);
+    let (number, expected) = (direct.chi_cmpc.len() as f64, population.expected_number_drawn());
+    assert_eq!(population.expected_number_kept(), expected);
+    assert!((number - expected).abs() < 5.0 * expected.sqrt(), "{number} {expected}");
+}

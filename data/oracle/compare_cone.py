@@ -95,7 +95,7 @@ def trace_with_haloray(binary, haloes, points, z_source, folder):
     write_csv(folder / "haloes.csv", haloes)
     write_csv(folder / "points.csv", points)
     command = [binary, "trace", "--haloes", folder / "haloes.csv", "--points", folder / "points.csv",
-               "--z-source", str(z_source), "--order", "1", "-o", folder / "rays.csv"]
+               "--z-source", str(z_source), "--accuracy", "exact", "--order", "1", "-o", folder / "rays.csv"]
     subprocess.run([str(part) for part in command], check=True, stdout=subprocess.DEVNULL)
     rays = read_csv(folder / "rays.csv")
     beta = np.array([rays["beta_x_arcsec"], rays["beta_y_arcsec"]])

@@ -12,6 +12,7 @@ use crate::halo::concentration::ConcentrationModel;
 use crate::halo::mass_function::MassFunctionModel;
 use crate::halo::{Epoch, MassDefinition, PopulationLimits};
 use crate::imaging::{Instrument, PixelSampling, SkyGrid};
+use crate::mapping::multiplane::Accuracy;
 
 /// The masses of drawn and imported haloes are M200c.
 pub const HALO_MASS_DEFINITION: MassDefinition = MassDefinition::Critical(200.0);
@@ -123,6 +124,9 @@ pub struct LineOfSightConfig {
     pub z_source: f64,
     /// Compensating sheet of every halo plane.
     pub sheets: SheetModel,
+    /// Largest error of β of a traced ray in arcsec, or "exact": every ray through every plane.
+    #[serde(default)]
+    pub accuracy_arcsec: Accuracy,
 }
 
 /// The sheet of negative convergence in every halo plane.
@@ -225,6 +229,7 @@ impl Config {
             los.z_lens,
             &format!("above 0 and below z_source = {}", los.z_source),
         )?;
+        los.accuracy_arcsec.validate("line_of_sight.accuracy_arcsec")?;
         self.haloes.validate(&self.structure, los.z_source)?;
         let d = &self.diagnostics;
         require(d.theta_e_arcsec > 0.0, "diagnostics.theta_e_arcsec", d.theta_e_arcsec, "positive")?;

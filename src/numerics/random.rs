@@ -23,6 +23,8 @@ pub enum Stage {
     NoiseImage = 7,
     /// Everything about a mock system; realisation = its number.
     MockSystem = 8,
+    /// Rays that compare adaptive with exact tracing.
+    AccuracyCheck = 9,
     /// Guesses that a fit starts from.
     Start = 15,
     /// Moves of a sampler; realisation = chain, ensemble or run, block = block of draws.

@@ -3,6 +3,7 @@
 mod advantage;
 mod calibration;
 mod catalogue;
+mod cut_study;
 mod haloes;
 mod one_core_each;
 mod progress;
@@ -19,11 +20,14 @@ pub use calibration::{
     calibration_of,
 };
 pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
+pub use cut_study::{CutRow, cut_study};
 pub use haloes::{Haloes, MassFunctionCurve, populate};
 pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-pub use view::{LensAndSource, View, critical_curves, line_of_sight, main_lens, source_centre};
+pub use view::{
+    LensAndSource, View, critical_curves, line_of_sight, main_lens, maps, source_centre, to_accuracy,
+};
 pub use view_fits::{ViewFit, fit_views};

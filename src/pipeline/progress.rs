@@ -31,8 +31,8 @@ pub struct Tracked<'a, M> {
     pub progress: &'a dyn Progress,
 }
 
-/// Rays between two reports: enough to keep all threads busy.
-const RAYS_A_REPORT: usize = 4096;
+/// Rays between two reports: enough to keep all threads busy, and for adaptive tracing a whole image of most kinds.
+const RAYS_A_REPORT: usize = 16_384;
 
 impl<M: Mapping> Mapping for Tracked<'_, M> {
     fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {

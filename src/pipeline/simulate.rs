@@ -1,13 +1,14 @@
 //! The one function that runs the chain.
 
 use super::haloes::{Haloes, populate};
-use super::progress::{Progress, Tracked};
-use super::view::{LensAndSource, View, line_of_sight};
+use super::progress::Progress;
+use super::view::{LensAndSource, View, line_of_sight, maps};
 use crate::config::Config;
 use crate::diagnostics::{HaloTidal, TidalMaps};
 use crate::error::Result;
 use crate::halo::HaloCatalogue;
 use crate::imaging::Psf;
+use crate::mapping::multiplane::AccuracyReport;
 use crate::numerics::random::Stage;
 
 /// What a run needs besides its configuration: files already read.
@@ -36,6 +37,8 @@ pub struct Simulation {
     pub tidal: View,
     /// Maps of all haloes, main lens excluded.
     pub maps: TidalMaps,
+    /// How accurately rays of images and maps were traced.
+    pub accuracy: AccuracyReport,
 }
 
 /// Runs the whole chain for realisation `realisation` of the configured seed.
@@ -67,9 +70,7 @@ pub fn simulate(
     let tidal_sight = line_of_sight(config, &haloes, &in_tidal_regime)?;
     let tidal = view("image through tidal haloes", &tidal_sight, Stage::NoiseTidalHaloes)?;
 
-    progress.begin("maps of the distortions", Some((config.maps.points * config.maps.points) as u64));
-    let maps = TidalMaps::of(&Tracked { mapping: &sight.observer_to_source(), progress }, config.maps);
-    progress.end();
-
-    Ok(Simulation { config: config.clone(), haloes, halo_tidal, shapes, all, tidal, maps })
+    let (maps, of_maps) = maps(config, &sight, progress);
+    let accuracy = all.accuracy.and(&tidal.accuracy).and(&of_maps);
+    Ok(Simulation { config: config.clone(), haloes, halo_tidal, shapes, all, tidal, maps, accuracy })
 }

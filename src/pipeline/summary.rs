@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::simulate::Simulation;
 use super::view::View;
 use crate::diagnostics::{Distortion, Tidal};
+use crate::mapping::multiplane::{Accuracy, AccuracyReport};
 
 /// Counts and on-axis quantities of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,10 +28,22 @@ pub struct Summary {
     pub largest_kappa_h: f64,
     /// Haloes with κ_h above `diagnostics.kappa_warning`.
     pub number_above_kappa_warning: usize,
+    /// How accurately rays of images and maps were traced.
+    pub tracing: Tracing,
     /// Seen through all haloes.
     pub all_haloes: Quantities,
     /// Seen through the haloes in the tidal regime.
     pub tidal_haloes: Quantities,
+}
+
+/// The accuracy asked for, the bound of the tiles, and the errors measured against the exact recursion.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Tracing {
+    /// Largest error of β allowed, or "exact".
+    pub accuracy_arcsec: Accuracy,
+    /// What was reached.
+    #[serde(flatten)]
+    pub report: AccuracyReport,
 }
 
 /// Named numbers of one view with their units.
@@ -66,6 +79,10 @@ impl Summary {
             number_beyond_tidal: run.all.number_of_haloes - run.tidal.number_of_haloes,
             largest_kappa_h: kappa.iter().copied().fold(0.0, f64::max),
             number_above_kappa_warning: kappa.iter().filter(|k| **k > warning).count(),
+            tracing: Tracing {
+                accuracy_arcsec: run.config.line_of_sight.accuracy_arcsec,
+                report: run.accuracy,
+            },
             all_haloes: run.all.quantities(),
             tidal_haloes: run.tidal.quantities(),
         }

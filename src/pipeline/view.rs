@@ -5,11 +5,15 @@ use rand::RngExt;
 use super::haloes::Haloes;
 use super::progress::{Progress, Tracked};
 use crate::config::{Config, LightConfig, SheetModel};
-use crate::diagnostics::{CriticalCurves, EffectiveLineOfSight, ShearVariation, SkyWindow, total_variation};
+use crate::diagnostics::{
+    CriticalCurves, EffectiveLineOfSight, ShearVariation, SkyWindow, TidalMaps, total_variation,
+};
 use crate::error::Result;
 use crate::halo::{HaloCatalogue, mean_density_sheets};
 use crate::imaging::{Exposure, Psf, Scene, SkyGrid, expose};
-use crate::mapping::multiplane::{LineOfSight, MainLens, Sheets};
+use crate::mapping::multiplane::{
+    AccuracyReport, AdaptiveSegment, Field, LineOfSight, MainLens, Segment, Sheets,
+};
 use crate::mapping::{Mapping, Order};
 use crate::numerics::random::{Stage, stream};
 use crate::profile::light::Sersic;
@@ -59,6 +63,8 @@ pub struct View {
     pub source_centre_arcsec: [f64; 2],
     /// The image.
     pub exposure: Exposure,
+    /// How accurately its rays were traced.
+    pub accuracy: AccuracyReport,
     /// Critical curves and caustics, where the configuration asks for them.
     pub curves: Option<CriticalCurves>,
 }
@@ -74,6 +80,32 @@ pub fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue
         SheetModel::MeanDensity => Sheets::Expected(mean_density_sheets(&haloes.population, catalogue)?),
     };
     LineOfSight::new(catalogue, config.cosmology, &sheets)
+}
+
+/// A segment that is traced as accurately as configured, for about `rays` rays out to `half_width_arcsec`.
+pub fn to_accuracy<'a>(
+    config: &Config,
+    segment: &Segment<'a>,
+    half_width_arcsec: f64,
+    rays: usize,
+) -> AdaptiveSegment<'a> {
+    let field = Field { centre_arcsec: [0.0; 2], half_arcsec: [half_width_arcsec; 2] };
+    segment.adaptive(config.line_of_sight.accuracy_arcsec, Some(field), rays)
+}
+
+/// Maps of all haloes on the grid of the configuration, main lens excluded, and how accurately they were traced.
+pub fn maps(
+    config: &Config,
+    line_of_sight: &LineOfSight,
+    progress: &dyn Progress,
+) -> (TidalMaps, AccuracyReport) {
+    let (half, rays) = (config.maps.half_width_arcsec, config.maps.points * config.maps.points);
+    let exact = line_of_sight.observer_to_source();
+    let mapping = to_accuracy(config, &exact, half, rays);
+    progress.begin("maps of the distortions", Some(rays as u64));
+    let maps = TidalMaps::of(&Tracked { mapping: &mapping, progress }, config.maps);
+    progress.end();
+    (maps, mapping.report())
 }
 
 impl View {
@@ -95,12 +127,15 @@ impl View {
         let lens = main_lens(config, shapes, line_of_sight)?;
         let source = light(config, &config.source, shapes.source_ellipticity, source_centre_arcsec)?;
         let lens_light = lens_light(config, shapes)?;
-        let whole = line_of_sight.through_lens(&lens)?;
+        let grid = SkyGrid::new(config.image.pixels, config.instrument.pixel_scale_arcsec)?;
+        let exact = line_of_sight.through_lens(&lens)?;
+        let rays = config.image.pixels * config.image.pixels;
+        let whole = to_accuracy(config, &exact, grid.half_width_arcsec(), rays);
         let tracked = Tracked { mapping: &whole, progress };
         let scene = Scene { mapping: &tracked, source: &source, lens_light: lens_light.as_ref() };
-        let grid = SkyGrid::new(config.image.pixels, config.instrument.pixel_scale_arcsec)?;
         let sampling = config.image.pixel_sampling;
         let noise = (config.seed, noise.0, noise.1);
+        let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise);
         Ok(Self {
             number_of_haloes: line_of_sight.len(),
             effective: EffectiveLineOfSight::of(line_of_sight, z_lens)?,
@@ -110,11 +145,12 @@ impl View {
             ),
             lens_centre_arcsec,
             source_centre_arcsec,
-            exposure: expose(&scene, grid, &config.instrument, psf, sampling, noise),
+            exposure,
+            accuracy: whole.report(),
             curves: config
                 .diagnostics
                 .critical_curves
-                .then(|| critical_curves(&whole, grid.half_width_arcsec()))
+                .then(|| critical_curves(&exact, grid.half_width_arcsec()))
                 .transpose()?,
         })
     }

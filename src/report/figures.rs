@@ -8,11 +8,11 @@ use crate::diagnostics::CriticalCurves;
 use crate::error::{Error, Result};
 use crate::imaging::Exposure;
 use crate::io::{AttributeValue, RunFile, read_curves};
-use crate::pipeline::{ImageResidual, TidalResidual, rms};
+use crate::pipeline::{CutRow, ImageResidual, TidalResidual, rms};
 use crate::plot::figures::{
-    CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImagePairData, ImageRow, ImagesData,
-    MassFunctionCurve, MassFunctionData, TidalMapsData, TidalResidualsData, cylinder, flexion_maps,
-    histograms, image_pair, images, mass_function, overlay, tidal_maps, tidal_residuals,
+    CutData, CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImagePairData, ImageRow,
+    ImagesData, MassFunctionCurve, MassFunctionData, TidalMapsData, TidalResidualsData, cut, cylinder,
+    flexion_maps, histograms, image_pair, images, mass_function, overlay, tidal_maps, tidal_residuals,
 };
 use crate::plot::{Colour, Figure, Panel};
 
@@ -96,6 +96,28 @@ pub fn tidal_residual_figure(config: &Config, rows: &[TidalResidual]) -> Result<
         flexion_rms_arcsec: &rows.iter().map(|row| rms(&row.flexion_arcsec)).collect::<Vec<_>>(),
         einstein_radius_arcsec: config.lens.einstein_radius_arcsec,
     }))
+}
+
+/// What the shear cut changes, against the loosest cut of the study.
+pub fn cut_figure(rows: &[CutRow]) -> Figure {
+    let value = |row: &CutRow, name: &str| row.view.quantities().get(name);
+    let last = rows.last();
+    let change = |names: &[&str]| -> Vec<f64> {
+        let of = |row: &CutRow, last: &CutRow| {
+            names.iter().map(|name| (value(row, name) - value(last, name)).powi(2)).sum::<f64>().sqrt()
+        };
+        rows.iter().map(|row| last.map_or(f64::NAN, |last| of(row, last))).collect()
+    };
+    let pixels = |row: &CutRow| row.image_over_noise.iter().map(|v| v.abs()).fold(0.0, f64::max);
+    cut(&CutData {
+        min_point_shear: &rows.iter().map(|row| row.min_point_shear).collect::<Vec<_>>(),
+        kappa: &change(&["kappa_os"]),
+        gamma: &change(&["gamma1_os", "gamma2_os"]),
+        f_per_arcsec: &change(&["F1_os_per_arcsec", "F2_os_per_arcsec"]),
+        delta: &change(&["delta_tot"]),
+        image_largest: &rows.iter().map(pixels).collect::<Vec<_>>(),
+        image_chi_squared: &rows.iter().map(CutRow::image_chi_squared).collect::<Vec<_>>(),
+    })
 }
 
 /// One exposure with and without noise, and critical curves and caustics over it where there are any.

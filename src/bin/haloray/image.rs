@@ -10,7 +10,8 @@ use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::output::{Output, print_files};
-use crate::settings::{Settings, imported_haloes, provenance, psf};
+use crate::settings::{Settings, Tracing, imported_haloes, provenance, psf};
+use crate::summary::print_accuracy;
 
 /// Image the lens and source of the configuration through its haloes.
 ///
@@ -23,6 +24,8 @@ use crate::settings::{Settings, imported_haloes, provenance, psf};
 pub struct Args {
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    tracing: Tracing,
     /// Halo table to use instead of a draw.
     #[arg(long, value_name = "FILE")]
     haloes: Option<PathBuf>,
@@ -39,6 +42,7 @@ pub struct Args {
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let mut config = args.settings.resolve_with(args.haloes.as_deref())?;
+    args.tracing.apply(&mut config);
     config.diagnostics.critical_curves |= args.curves;
     let psf = psf(&config)?;
     let imported = imported_haloes(&config)?;
@@ -75,6 +79,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             staging.commit()?
         }
     };
+    print_accuracy(&view.accuracy, bars);
     print_files(&files, bars);
     Ok(())
 }

@@ -5,6 +5,7 @@ mod bars;
 mod calibration;
 mod catalogue;
 mod completions;
+mod cut;
 mod distances;
 mod fit;
 mod image;

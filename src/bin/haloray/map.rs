@@ -3,16 +3,14 @@
 use std::path::PathBuf;
 
 use haloray::Result;
-use haloray::diagnostics::TidalMaps;
 use haloray::io::{RunFile, write_atomically, write_curves, write_maps};
-use haloray::pipeline::{
-    self, LensAndSource, Progress, Tracked, critical_curves, line_of_sight, main_lens, source_centre,
-};
+use haloray::pipeline::{self, LensAndSource, critical_curves, line_of_sight, main_lens, source_centre};
 use haloray::report::map_figures;
 
 use crate::bars::Bars;
 use crate::output::{Output, print_files};
-use crate::settings::{Settings, imported_haloes, named, provenance};
+use crate::settings::{Settings, Tracing, imported_haloes, named, provenance};
+use crate::summary::print_accuracy;
 
 /// Map κ, γ1, γ2, ω, |F|, |G| and Δ of the haloes on a grid (main lens excluded).
 ///
@@ -24,6 +22,8 @@ use crate::settings::{Settings, imported_haloes, named, provenance};
 pub struct Args {
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    tracing: Tracing,
     /// Halo table to use instead of a draw.
     #[arg(long, value_name = "FILE")]
     haloes: Option<PathBuf>,
@@ -44,6 +44,7 @@ pub struct Args {
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let mut config = args.settings.resolve_with(args.haloes.as_deref())?;
+    args.tracing.apply(&mut config);
     config.maps.points = args.grid_points.unwrap_or(config.maps.points);
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
     config.diagnostics.critical_curves |= args.curves;
@@ -54,9 +55,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
 
     let haloes = pipeline::populate(&config, imported, 0, bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
-    bars.begin("maps of the distortions", Some((config.maps.points * config.maps.points) as u64));
-    let maps = TidalMaps::of(&Tracked { mapping: &sight.observer_to_source(), progress: bars }, config.maps);
-    bars.end();
+    let (maps, accuracy) = pipeline::maps(&config, &sight, bars);
     let curves = config.diagnostics.critical_curves.then(|| {
         bars.stage("critical curves", || {
             let lens = main_lens(&config, &LensAndSource::resolve(&config, 0), &sight)?;
@@ -87,6 +86,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             staging.commit()?
         }
     };
+    print_accuracy(&accuracy, bars);
     print_files(&files, bars);
     Ok(())
 }

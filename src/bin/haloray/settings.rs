@@ -11,6 +11,7 @@ use haloray::cosmology::Background;
 use haloray::halo::HaloCatalogue;
 use haloray::imaging::Psf;
 use haloray::io::{Provenance, PsfKernel, read_haloes};
+use haloray::mapping::multiplane::Accuracy;
 
 /// Which configuration to use.
 #[derive(clap::Args)]
@@ -86,6 +87,22 @@ impl Settings {
             Some(path) => format!("{} over {preset}", path.display()),
             None => preset.into(),
         }
+    }
+}
+
+/// How accurately rays are traced.
+#[derive(clap::Args)]
+pub struct Tracing {
+    /// Largest error of a traced ray in arcsec, or `exact`, instead of the configuration's.
+    #[arg(long, allow_negative_numbers = true, value_name = "exact|ARCSEC")]
+    accuracy: Option<Accuracy>,
+}
+
+impl Tracing {
+    /// Lays the option over a configuration.
+    pub fn apply(&self, config: &mut Config) {
+        let accuracy = &mut config.line_of_sight.accuracy_arcsec;
+        *accuracy = self.accuracy.unwrap_or(*accuracy);
     }
 }
 

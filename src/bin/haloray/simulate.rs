@@ -10,7 +10,7 @@ use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, table, toml_of, watch};
-use crate::settings::{Settings, imported_haloes, provenance, psf};
+use crate::settings::{Settings, Tracing, imported_haloes, provenance, psf};
 use crate::summary;
 
 /// Run the whole chain: haloes, tracing, diagnostics, maps, the two images, files and figures.
@@ -27,6 +27,8 @@ use crate::summary;
 pub struct Args {
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    tracing: Tracing,
     /// Fit both images too, with `tidal-minimal` or the models given (comma-separated names of `haloray fit --list`).
     #[arg(long, value_name = "MODELS", num_args = 0..=1, value_delimiter = ',', default_missing_value = "tidal-minimal")]
     fit: Vec<String>,
@@ -43,6 +45,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         ModelDescription::built_in(model)?;
     }
     let mut config = args.settings.resolve()?;
+    args.tracing.apply(&mut config);
     config.diagnostics.critical_curves |= args.curves;
     let psf = psf(&config)?;
     let inputs = Inputs { catalogue: imported_haloes(&config)?, psf: psf.clone() };

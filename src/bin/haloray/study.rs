@@ -24,6 +24,7 @@ pub struct Args {
 #[derive(Subcommand)]
 enum Study {
     Tidal(TidalArgs),
+    Cut(crate::cut::CutArgs),
     Advantage(AdvantageArgs),
     Calibration(crate::calibration::CalibrationArgs),
     Catalogue(crate::catalogue::CatalogueArgs),
@@ -53,6 +54,7 @@ struct TidalArgs {
 pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     match &args.study {
         Study::Tidal(args) => run_tidal(args, bars).map(|()| Outcome::Converged),
+        Study::Cut(args) => crate::cut::run(args, bars).map(|()| Outcome::Converged),
         Study::Advantage(args) => advantage::run(args, bars),
         Study::Catalogue(args) => crate::catalogue::run(args, bars).map(|()| Outcome::Converged),
         Study::Calibration(args) => crate::calibration::run(args, bars).map(|()| Outcome::Converged),

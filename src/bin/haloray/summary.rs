@@ -3,7 +3,10 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use haloray::mapping::multiplane::AccuracyReport;
 use haloray::pipeline::{Quantities, Simulation, Summary};
+
+use crate::bars::Bars;
 
 /// Prints counts, tensors, Δ, seconds and files of a run.
 pub fn print(run: &Simulation, name: &str, seconds: &[(String, f64)], files: &[PathBuf]) {
@@ -52,7 +55,7 @@ fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) ->
             run.config.diagnostics.kappa_warning
         )?;
     }
-    Ok(())
+    writeln!(text, "tracing      {}", accuracy(&run.accuracy))
 }
 
 fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::Result {
@@ -70,6 +73,27 @@ fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::
         writeln!(text, "{label:<13}{:^24}{:^24}", plain(all.get(name)), plain(tidal.get(name)))?;
     }
     Ok(())
+}
+
+/// Says how accurately rays were traced.
+pub fn print_accuracy(report: &AccuracyReport, bars: &Bars) {
+    if !bars.is_quiet() {
+        crate::print(&format!("{}\n", accuracy(report)));
+    }
+}
+
+fn accuracy(report: &AccuracyReport) -> String {
+    if report.rays_traced_exactly == report.rays {
+        return format!("{} traced exactly", counted(report.rays, "ray", "rays"));
+    }
+    format!(
+        "{} traced, {} of them exactly; error of β at most {:.1e}″, on {} random rays {:.1e}″",
+        counted(report.rays, "ray", "rays"),
+        grouped(report.rays_traced_exactly as f64),
+        report.bound_arcsec,
+        report.rays_compared,
+        report.measured_arcsec
+    )
 }
 
 fn shear(quantities: &Quantities, name: &str) -> String {

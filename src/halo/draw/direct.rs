@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rayon::prelude::*;
 
-use super::{DrawnHaloes, poisson};
+use super::{DrawnHaloes, draw_brute_force, poisson};
 use crate::halo::nfw_parameters::NfwScaling;
 use crate::halo::population::{Population, SLABS};
 use crate::numerics::random::{Stage, stream};
@@ -11,7 +11,11 @@ use crate::numerics::random::{Stage, stream};
 /// Draws only haloes that pass the cut, density n(M)·π·min(R², r_E²(M, χ)/ε) in (χ, ln M).
 ///
 /// In a slab the process is drawn with the largest r_E² of the slab and thinned by the true one, which is exact.
+/// Without a cut every halo passes, and the draw is that of [`draw_brute_force`].
 pub fn draw_direct(population: &Population, seed: u64, realisation: u64) -> DrawnHaloes {
+    if population.limits().min_point_shear == 0.0 {
+        return draw_brute_force(population, seed, realisation, |_| ());
+    }
     let scaling = NfwScaling::new(population.background(), population.z_source());
     let radius_squared = population.limits().radius_cmpc.powi(2);
     let slabs = (0..SLABS)

@@ -1,5 +1,7 @@
 //! The line of sight: haloes as sorted planes, ready to be traced between any two redshifts.
 
+use rayon::prelude::*;
+
 use super::plane::{Plane, Sheets, sorted_planes};
 use super::segment::Segment;
 use crate::cosmology::Background;
@@ -42,7 +44,7 @@ impl LineOfSight {
         }
         let z_source = haloes.z_source();
         let chi_source_cmpc = background.comoving_distance_mpc(z_source);
-        let chi: Vec<f64> = haloes.z.iter().map(|&z| background.comoving_distance_mpc(z)).collect();
+        let chi: Vec<f64> = haloes.z.par_iter().map(|&z| background.comoving_distance_mpc(z)).collect();
         Ok(Self {
             background,
             z_source,

@@ -1,5 +1,6 @@
 //! Recursive ray tracing through one plane per halo (Blandford & Narayan 1986; Schneider 2014).
 
+mod adaptive;
 mod centres;
 mod delay;
 mod general;
@@ -8,6 +9,7 @@ mod plane;
 mod recursion;
 mod segment;
 
+pub use adaptive::{Accuracy, AccuracyReport, AdaptiveSegment, Exact, Field};
 pub use general::GeneralMultiPlane;
 pub use line_of_sight::{LineOfSight, MainLens};
 pub use plane::Sheets;

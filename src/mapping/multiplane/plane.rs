@@ -1,5 +1,7 @@
 //! Lens planes as the ray loop reads them: one cache line a plane, sorted by distance.
 
+use rayon::prelude::*;
+
 use crate::halo::HaloCatalogue;
 use crate::profile::mass::{Nfw, nfw_radial};
 
@@ -46,6 +48,7 @@ pub(super) fn sorted_planes(
     sheets: &Sheets,
 ) -> Vec<Plane> {
     let mut planes: Vec<Plane> = (0..haloes.len())
+        .into_par_iter()
         .map(|i| {
             let chi = chi_cmpc[i];
             let f = chi_source_cmpc / (chi_source_cmpc - chi);
@@ -67,7 +70,7 @@ pub(super) fn sorted_planes(
             plane
         })
         .collect();
-    planes.sort_by(|a, b| a.chi_cmpc.total_cmp(&b.chi_cmpc));
+    planes.par_sort_by(|a, b| a.chi_cmpc.total_cmp(&b.chi_cmpc));
     planes
 }
 

@@ -8,7 +8,7 @@ use multiversion::multiversion;
 
 use super::plane::Plane;
 use crate::mapping::RayBundle;
-use crate::profile::mass::{MassProfile, RadialDerivatives, nfw_radial};
+use crate::profile::mass::{MassProfile, RadialDerivatives, nfw_radial, truncated};
 
 /// Rays that travel together: their state in all three orders fits the first-level cache.
 ///
@@ -16,7 +16,7 @@ use crate::profile::mass::{MassProfile, RadialDerivatives, nfw_radial};
 /// another's stores (order 2 took 18% longer with 64).
 pub(super) const TILE: usize = 48;
 
-type Lanes = [f64; TILE];
+pub(super) type Lanes = [f64; TILE];
 
 /// State of a tile of rays at comoving distance `chi_cmpc`, its lanes on cache lines.
 #[repr(C, align(64))]
@@ -156,18 +156,18 @@ enum Regime {
 }
 
 #[inline(always)]
-fn regime(u: &Lanes) -> Regime {
+fn regime<const N: usize>(u: &[f64; N]) -> Regime {
     let (mut inner, mut outer, mut far) = (0_u64, 0_u64, 0_u64);
     for v in u {
         inner += u64::from(*v < nfw_radial::INNER_END);
         outer += u64::from(*v > nfw_radial::OUTER_START);
         far += u64::from(*v > nfw_radial::FAR_START);
     }
-    const ALL: u64 = TILE as u64;
+    let all = N as u64;
     match (inner, outer, far) {
-        (_, _, ALL) => Regime::Far,
-        (ALL, _, _) => Regime::Inner,
-        (_, ALL, 0) => Regime::Outer,
+        (_, _, n) if n == all => Regime::Far,
+        (n, _, _) if n == all => Regime::Inner,
+        (_, n, 0) if n == all => Regime::Outer,
         _ => Regime::Mixed,
     }
 }
@@ -183,7 +183,7 @@ fn trace<const ORDER: usize>(tile: &mut Tile, planes: &[Plane]) {
             u[i] = plane.u(tx[i], ty[i]);
         }
         let (mut m, mut p1, mut p2) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
-        radial_functions::<ORDER>(plane, &u, &mut m, &mut p1, &mut p2);
+        radial_functions::<ORDER, TILE>(plane.tau, &u, &mut m, &mut p1, &mut p2);
         if ORDER >= 1 {
             for i in 0..TILE {
                 let inv_r = (plane.inv_r_s2 / u[i]).sqrt();
@@ -207,56 +207,56 @@ fn trace<const ORDER: usize>(tile: &mut Tile, planes: &[Plane]) {
 
 /// m (and u·m′, u²·m″) of all rays; the loops over one regime are branch-free.
 #[inline(always)]
-fn radial_functions<const ORDER: usize>(
-    plane: &Plane,
-    u: &Lanes,
-    m: &mut Lanes,
-    p1: &mut Lanes,
-    p2: &mut Lanes,
+pub(super) fn radial_functions<const ORDER: usize, const N: usize>(
+    tau: f64,
+    u: &[f64; N],
+    m: &mut [f64; N],
+    p1: &mut [f64; N],
+    p2: &mut [f64; N],
 ) {
     match regime(u) {
-        _ if plane.tau.is_finite() => {
-            for i in 0..TILE {
-                [m[i], p1[i], p2[i]] = plane.radial(u[i]);
+        _ if tau.is_finite() => {
+            for i in 0..N {
+                [m[i], p1[i], p2[i]] = truncated(u[i], &nfw_radial::basis(u[i]), tau);
             }
         }
         Regime::Far if ORDER == 0 => {
-            for i in 0..TILE {
+            for i in 0..N {
                 m[i] = nfw_radial::far(u[i]).m;
             }
         }
         Regime::Outer if ORDER == 0 => {
-            for i in 0..TILE {
+            for i in 0..N {
                 m[i] = nfw_radial::m_outer(u[i]);
             }
         }
         Regime::Inner if ORDER == 0 => {
-            for i in 0..TILE {
+            for i in 0..N {
                 m[i] = nfw_radial::m_inner(u[i]);
             }
         }
         Regime::Mixed if ORDER == 0 => {
-            for i in 0..TILE {
+            for i in 0..N {
                 m[i] = nfw_radial::m(u[i]);
             }
         }
         Regime::Far => {
-            for i in 0..TILE {
+            for i in 0..N {
                 [m[i], p1[i], p2[i]] = nfw_radial::far(u[i]).nfw();
             }
         }
         Regime::Outer => {
-            for i in 0..TILE {
+            for i in 0..N {
                 [m[i], p1[i], p2[i]] = nfw_radial::outer(u[i]).nfw();
             }
         }
         Regime::Inner => {
-            for i in 0..TILE {
+            for i in 0..N {
                 [m[i], p1[i], p2[i]] = nfw_radial::inner(u[i]).nfw();
             }
         }
         Regime::Mixed => {
-            for i in 0..TILE {
+            for i in 0..N {
                 [m[i], p1[i], p2[i]] = nfw_radial::basis(u[i]).nfw();
             }
         }

@@ -21,7 +21,7 @@ pub struct Segment<'a> {
     /// Position and slope of the axis ray at the start, and its position at the end.
     pub(super) x_start: [f64; 2],
     pub(super) s_start: [f64; 2],
-    x_axis_end: [f64; 2],
+    pub(super) x_axis_end: [f64; 2],
     pub(super) lens: Option<LensPlane<'a>>,
 }
 

@@ -3,6 +3,7 @@
 mod calibration;
 mod corner;
 mod curves;
+mod cut;
 mod cylinder;
 mod flexion_maps;
 mod histograms;
@@ -18,6 +19,7 @@ mod trace_plot;
 pub use calibration::{RankHistogram, calibration};
 pub use corner::{CornerData, CornerParameter, CornerPosterior, corner};
 pub use curves::{CurveData, CurvesData, curves, overlay};
+pub use cut::{CutData, cut};
 pub use cylinder::{CylinderData, cylinder};
 pub use flexion_maps::{FlexionMapsData, flexion_maps};
 pub use histograms::{HaloEffects, histograms};

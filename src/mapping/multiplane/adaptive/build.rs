@@ -1,0 +1,150 @@
+//! From a survey to a tile, and from a tile to the survey of a narrower one.
+
+use super::chebyshev::{Basis, Jet, LANES, Series, fine_number};
+use super::field::Field;
+use super::kick::Kick;
+use super::survey::{FINE_NODES, ROW_NODES, Rough, Spot, Survey, rays, row_nodes};
+use super::tile::{Event, Met, Tile};
+use super::way::{Linear, Rows, Way, apply, kick};
+use crate::mapping::Order;
+
+/// Terms left out of a series may add up to these parts of the accuracy: in β; in paths, of which the Hessian of a
+/// halo passes on little; in rows per arcsec, which multiply what smoothing leaves of kicks.
+const END_SHARE: f64 = 1e-4;
+const PATH_SHARE: f64 = 1e-3;
+const ROWS_SHARE: f64 = 5.0;
+/// By how much the largest error over a tile may exceed that of the rays compared.
+const SAFETY: f64 = 4.0;
+
+impl<'a> Tile<'a> {
+    /// Makes a tile from a survey; `inherited_arcsec` bounds the error of the survey itself.
+    pub fn new(survey: &Survey<'a>, way: Way, accuracy_arcsec: f64, inherited_arcsec: f64) -> Self {
+        let mut tile = build(survey, way, accuracy_arcsec);
+        let first = FINE_NODES;
+        let ours = tile.trace(&survey.theta_arcsec[first..], Order::Position).beta_arcsec;
+        let gaps = ours.iter().zip(&survey.beta_arcsec[first..]);
+        let worst = gaps.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+        // Not a number must not pass.
+        let worst = worst.fold(0.0, |most, gap| if gap > most || gap.is_nan() { gap } else { most });
+        tile.bound_arcsec = inherited_arcsec + SAFETY * worst;
+        tile
+    }
+
+    /// Surveys a square inside this tile.
+    pub fn survey(&self, square: Field, tolerance_arcsec: f64) -> Survey<'a> {
+        let mut strongest: Vec<&Event> = self.events.iter().collect();
+        strongest.sort_by(|a, b| b.contrast_arcsec.total_cmp(&a.contrast_arcsec));
+        let images: Vec<[f64; 2]> = strongest.into_iter().map(|event| event.image_arcsec).collect();
+        let theta_arcsec = rays(&square, &images);
+        let (bundle, met) = self.record(&theta_arcsec);
+        let is_rough = |event: &Event, met: &Met| match &event.kick {
+            Kick::Lens(..) => true,
+            Kick::Halo(plane) => {
+                let spot = Spot::of(met.theta_arcsec.iter().copied());
+                let halo = |(t, k): (&[f64; 2], &[f64; 2])| {
+                    [0, 1].map(|c| k[c] + plane.f_sheet * t[c]).iter().map(|k| k * k).sum::<f64>()
+                };
+                let alpha =
+                    met.theta_arcsec.iter().zip(&met.kick_arcsec).map(halo).fold(0.0, f64::max).sqrt();
+                spot.is_rough(plane, alpha, tolerance_arcsec)
+            }
+        };
+        let keep: Vec<bool> = self.events.iter().zip(&met).map(|(event, met)| is_rough(event, met)).collect();
+        let (rows, end_rows) = narrower_rows(self, &row_nodes(&theta_arcsec), &met, &keep);
+        let kept = self.events.iter().zip(met).zip(keep).filter(|(_, keep)| *keep);
+        let rough = kept.zip(rows).map(|(((event, met), _), rows)| Rough { kick: event.kick, met, rows });
+        Survey { square, theta_arcsec, rough: rough.collect(), beta_arcsec: bundle.beta_arcsec, end_rows }
+    }
+}
+
+/// Rows of the events kept and at the end at the coarse nodes, with the Hessians of those that are not.
+fn narrower_rows(
+    tile: &Tile,
+    theta: &[[f64; 2]],
+    met: &[Met],
+    keep: &[bool],
+) -> (Vec<[Rows; ROW_NODES]>, [Rows; ROW_NODES]) {
+    let basis = Basis::at::<0>(&tile.square, theta);
+    let mut jet = Jet::<8>::zero();
+    let mut linear = [Linear::identity(); ROW_NODES];
+    let mut all = Vec::new();
+    for ((event, met), keep) in tile.events.iter().zip(met).zip(keep) {
+        event.rows.at::<0>(&basis, &mut jet);
+        if *keep {
+            all.push(std::array::from_fn(|i| linear[i].rows(&rows_of(&jet, i))));
+        }
+        let w = tile.way.weight(event.kick.chi_cmpc());
+        for (i, linear) in linear.iter_mut().enumerate() {
+            if !keep {
+                linear.kick(&rows_of(&jet, i), w, event.kick.hessian(met.theta_arcsec[fine_number(i)]));
+            }
+        }
+    }
+    tile.end_rows.at::<0>(&basis, &mut jet);
+    (all, std::array::from_fn(|i| linear[i].rows(&rows_of(&jet, i))))
+}
+
+fn rows_of(jet: &Jet<8>, i: usize) -> Rows {
+    unflattened(std::array::from_fn(|q| jet.value[q][i]))
+}
+
+/// Interpolates rows, and what rough kicks leave of the paths.
+fn build<'a>(survey: &Survey<'a>, way: Way, accuracy: f64) -> Tile<'a> {
+    let square = &survey.square;
+    let nodes = &survey.theta_arcsec[..FINE_NODES];
+    let bases: Vec<Basis> = nodes.chunks(LANES).map(|block| Basis::at::<0>(square, block)).collect();
+    let mut z = [[0.0; 4]; FINE_NODES];
+    let mut events = Vec::with_capacity(survey.rough.len());
+    for rough in &survey.rough {
+        let w = way.weight(rough.kick.chi_cmpc());
+        let kicks = &rough.met.kick_arcsec[..FINE_NODES];
+        let (rows, at_nodes) = rows(&rough.rows, w, accuracy, &bases);
+        let path = path(&rough.met.theta_arcsec, &at_nodes, &z, PATH_SHARE * accuracy);
+        for (i, z) in z.iter_mut().enumerate() {
+            kick(&at_nodes[i], w, kicks[i], z);
+        }
+        let image_arcsec = image(square, &rough.kick, &rough.met.theta_arcsec);
+        let kick_range = Spot::of(kicks.iter().copied()).radius_arcsec;
+        events.push(Event { kick: rough.kick, path, rows, image_arcsec, contrast_arcsec: kick_range });
+    }
+    let (end_rows, at_nodes) = rows(&survey.end_rows, 1.0, accuracy, &bases);
+    let end = path(&survey.beta_arcsec, &at_nodes, &z, END_SHARE * accuracy);
+    Tile { square: survey.square, way, events, end, end_rows, bound_arcsec: 0.0 }
+}
+
+/// Interpolated rows, and their values at the fine nodes.
+fn rows(rows: &[Rows; ROW_NODES], w: f64, accuracy: f64, bases: &[Basis]) -> (Series<8>, Vec<Rows>) {
+    let flat = rows.map(|[x, y]| std::array::from_fn(|q| if q < 4 { x[q] } else { y[q - 4] }));
+    let scale = std::array::from_fn(|q| if q % 4 < 2 { 1.0 } else { w });
+    let series = Series::coarse(&flat, scale, ROWS_SHARE * accuracy);
+    let at_nodes = series.at_all(bases).into_iter().map(unflattened).collect();
+    (series, at_nodes)
+}
+
+fn unflattened(q: [f64; 8]) -> Rows {
+    [[q[0], q[1], q[2], q[3]], [q[4], q[5], q[6], q[7]]]
+}
+
+/// S = θ − Qz, interpolated.
+fn path(theta: &[[f64; 2]], rows: &[Rows], z: &[[f64; 4]; FINE_NODES], tolerance: f64) -> Series<2> {
+    let at = |i: usize| {
+        let moved = apply(&rows[i], &z[i]);
+        [theta[i][0] - moved[0], theta[i][1] - moved[1]]
+    };
+    let values: [[f64; 2]; FINE_NODES] = std::array::from_fn(at);
+    Series::fine(&values, [1.0; 2], tolerance)
+}
+
+/// The direction in which a halo's centre is seen, to first order from the corners of the square.
+fn image(square: &Field, kick: &Kick, theta: &[[f64; 2]]) -> [f64; 2] {
+    let Kick::Halo(plane) = kick else { return [f64::NAN; 2] };
+    let side = super::chebyshev::SIDE;
+    let corner = |x: usize, y: usize| theta[(1 - x) * (side - 1) + (1 - y) * side * (side - 1)];
+    let [ll, hl, lh, hh] = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
+    let [[xx, xy], [yx, yy]] =
+        [0, 1].map(|c| [0.25 * (hl[c] + hh[c] - ll[c] - lh[c]), 0.25 * (lh[c] + hh[c] - ll[c] - hl[c])]);
+    let [u, v] = [0, 1].map(|c| plane.centre_arcsec[c] - 0.25 * (ll[c] + hl[c] + lh[c] + hh[c]));
+    let determinant = xx * yy - xy * yx;
+    let place = [(yy * u - xy * v) / determinant, (xx * v - yx * u) / determinant];
+    [0, 1].map(|c| square.centre_arcsec[c] + square.half_arcsec[c] * place[c])
+}

@@ -1,0 +1,150 @@
+//! Adaptive tracing: rays meet the haloes they pass closely one by one, all others as one smooth map.
+//!
+//! The field is quartered into tiles. A hundred rays through a tile, traced exactly or through a wider tile, show
+//! where rays meet each rough plane and how smooth haloes pass a kick on; both vary smoothly over the tile and are
+//! interpolated. Rays of the tile then meet the rough planes alone. docs/ADAPTIVE_TRACING.md derives the errors.
+
+mod accuracy;
+mod build;
+mod chebyshev;
+mod field;
+mod kick;
+mod report;
+mod survey;
+mod tile;
+mod tree;
+mod vacuum;
+mod way;
+
+pub use accuracy::{Accuracy, Exact};
+pub use field::Field;
+pub use report::AccuracyReport;
+
+use std::sync::{Mutex, PoisonError};
+
+use rand::RngExt;
+
+use super::segment::Segment;
+use crate::mapping::{Mapping, Order, RayBundle};
+use crate::numerics::random::{Stage, stream};
+use tree::{FEW_IN_VACUUM, Traced, Tree};
+
+/// A segment traced to a stated accuracy instead of exactly.
+///
+/// Tiles carry a bound on the error of β; rays outside the field, rays that no accurate tile holds, and delays are
+/// traced exactly. Every call compares random rays with the exact recursion, and traces all rays exactly if one of
+/// them is off by more than the accuracy.
+pub struct AdaptiveSegment<'a> {
+    exact: Segment<'a>,
+    /// The accuracy in arcsec and the tiles; none where exact tracing is asked for or cheaper.
+    tree: Option<(f64, Tree<'a>)>,
+    report: Mutex<AccuracyReport>,
+}
+
+/// Random rays compared with the exact recursion: what one tile of it holds.
+const COMPARED: usize = 48;
+/// Rounding of the interpolated maps is below this; finer accuracies are traced exactly.
+const FINEST_ARCSEC: f64 = 1e-11;
+
+impl<'a> Segment<'a> {
+    /// Prepares tracing of about `rays` rays inside `field` to a stated accuracy.
+    ///
+    /// Everything is traced exactly without a field, for few rays, and for accuracies that are not above 1e-11″.
+    pub fn adaptive(&self, accuracy: Accuracy, field: Option<Field>, rays: usize) -> AdaptiveSegment<'a> {
+        let tree = match (accuracy, field) {
+            (Accuracy::WithinArcsec(arcsec), Some(field))
+                if arcsec >= FINEST_ARCSEC && rays >= FEW_IN_VACUUM && field.is_extended() =>
+            {
+                Some((arcsec, Tree::new(*self, &field, arcsec)))
+            }
+            _ => None,
+        };
+        AdaptiveSegment { exact: *self, tree, report: Mutex::default() }
+    }
+}
+
+impl AdaptiveSegment<'_> {
+    /// False when every ray is traced exactly.
+    pub fn is_adaptive(&self) -> bool {
+        self.tree.is_some()
+    }
+
+    /// How accurate the calls of [`Mapping::map`] so far were.
+    pub fn report(&self) -> AccuracyReport {
+        *self.report.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note(&self, new: &AccuracyReport) {
+        let mut sum = self.report.lock().unwrap_or_else(PoisonError::into_inner);
+        *sum = sum.and(new);
+    }
+
+    fn all_exactly(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
+        let rays = theta_arcsec.len();
+        let planes_met = rays * self.exact.planes.len();
+        self.note(&AccuracyReport {
+            rays,
+            rays_traced_exactly: rays,
+            planes_met,
+            ..AccuracyReport::default()
+        });
+        self.exact.map(theta_arcsec, order)
+    }
+
+    /// Every ray from the tree or, where that refused it, from the exact recursion.
+    fn complete(&self, theta: &[[f64; 2]], order: Order, traced: Traced) -> RayBundle {
+        let again: Vec<[f64; 2]> = traced.refused.iter().map(|&i| theta[i as usize]).collect();
+        let exact = self.exact.map(&again, order);
+        let (n, ours, theirs) = (theta.len(), &traced.rays, &traced.refused);
+        let bundle = traced.bundle;
+        RayBundle {
+            beta_arcsec: scatter(n, ours, bundle.beta_arcsec, theirs, exact.beta_arcsec),
+            jacobian: scatter(n, ours, bundle.jacobian, theirs, exact.jacobian),
+            second_per_arcsec: scatter(n, ours, bundle.second_per_arcsec, theirs, exact.second_per_arcsec),
+        }
+    }
+}
+
+/// Values in the order of the rays, from two sets with their indices; empty when nothing of the kind was traced.
+fn scatter<T: Copy + Default>(n: usize, a: &[u32], of_a: Vec<T>, b: &[u32], of_b: Vec<T>) -> Vec<T> {
+    if of_a.is_empty() && of_b.is_empty() {
+        return Vec::new();
+    }
+    let mut all = vec![T::default(); n];
+    for (&i, value) in a.iter().zip(of_a).chain(b.iter().zip(of_b)) {
+        all[i as usize] = value;
+    }
+    all
+}
+
+impl Mapping for AdaptiveSegment<'_> {
+    fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
+        let n = theta_arcsec.len();
+        let Some((accuracy_arcsec, tree)) = self.tree.as_ref().filter(|_| n >= FEW_IN_VACUUM) else {
+            return self.all_exactly(theta_arcsec, order);
+        };
+        let mut rng = stream(n as u64, 0, Stage::AccuracyCheck, 0);
+        let chosen: Vec<usize> = (0..COMPARED).map(|_| rng.random_range(0..n)).collect();
+        let some: Vec<[f64; 2]> = chosen.iter().map(|&i| theta_arcsec[i]).collect();
+        let (exact, traced) =
+            rayon::join(|| self.exact.map(&some, order), || tree.trace(theta_arcsec, order));
+        let report = AccuracyReport {
+            bound_arcsec: traced.bound_arcsec,
+            rays: n,
+            rays_traced_exactly: traced.refused.len(),
+            planes_met: traced.met + traced.refused.len() * self.exact.planes.len(),
+            ..AccuracyReport::default()
+        };
+        let rays = self.complete(theta_arcsec, order, traced);
+        let report = report.compared(&rays, &chosen, &exact);
+        if !report.is_within(*accuracy_arcsec) {
+            return self.all_exactly(theta_arcsec, order);
+        }
+        self.note(&report);
+        rays
+    }
+
+    fn delay_days(&self, theta_arcsec: &[[f64; 2]]) -> Vec<f64> {
+        self.exact.delay_days(theta_arcsec)
+    }
+}

@@ -1,0 +1,104 @@
+//! What a tile is made from: a hundred rays through what surrounds it, which haloes are rough for it, what the others do.
+
+use super::chebyshev::{ROW_SIDE, SIDE, fine_number, nodes};
+use super::field::Field;
+use super::kick::Kick;
+use super::tile::Met;
+use super::way::Rows;
+use crate::mapping::multiplane::plane::Plane;
+
+/// Nodes of paths, and those of them that are nodes of rows.
+pub(super) const FINE_NODES: usize = SIDE * SIDE;
+pub(super) const ROW_NODES: usize = ROW_SIDE * ROW_SIDE;
+/// Rays of a survey: nodes, then rays that only compare; two tiles of the exact recursion.
+pub(super) const RAYS: usize = 96;
+
+/// A rough plane as the rays of a survey meet it.
+pub(super) struct Rough<'a> {
+    pub kick: Kick<'a>,
+    pub met: Met,
+    /// Rows at the coarse nodes, with the Hessians of smooth haloes and nothing of the rough ones.
+    pub rows: [Rows; ROW_NODES],
+}
+
+/// A square seen through its surroundings.
+pub(super) struct Survey<'a> {
+    pub square: Field,
+    pub theta_arcsec: Vec<[f64; 2]>,
+    pub rough: Vec<Rough<'a>>,
+    /// β of every ray, and rows at the end at the coarse nodes.
+    pub beta_arcsec: Vec<[f64; 2]>,
+    pub end_rows: [Rows; ROW_NODES],
+}
+
+/// Rays of a survey; `images` are directions in which rough haloes are seen, strongest first.
+///
+/// Half of the checks pass close to haloes, where errors are largest (at the centre itself kicks are zero, and their
+/// errors nearly so): at a twentieth to a quarter of the half side, in all directions. The others are spread evenly
+/// (Roberts' R₂ sequence).
+pub(super) fn rays(square: &Field, images_arcsec: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    /// 1/φ and 1/φ² for φ³ = φ + 1.
+    const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+    let at = |centre: [f64; 2], place: [f64; 2]| {
+        [0, 1].map(|c| {
+            let far = square.half_arcsec[c];
+            (centre[c] + far * place[c]).clamp(square.centre_arcsec[c] - far, square.centre_arcsec[c] + far)
+        })
+    };
+    let mut rays = nodes(square);
+    let inside: Vec<[f64; 2]> = images_arcsec.iter().filter(|at| square.contains(**at)).copied().collect();
+    for (k, image) in inside.iter().cycle().take((RAYS - FINE_NODES) / 2).enumerate() {
+        let (sin, cos) = (2.4 * k as f64).sin_cos();
+        let radius = 0.05 * (1 + k % 5) as f64;
+        rays.push(at(*image, [radius * cos, radius * sin]));
+    }
+    let spread = |k: usize| at(square.centre_arcsec, STEPS.map(|s| 2.0 * (0.5 + s * k as f64).fract() - 1.0));
+    rays.extend((1..).map(spread).take(RAYS - rays.len()));
+    rays
+}
+
+/// The rays of a survey that are coarse nodes.
+pub(super) fn row_nodes(theta_arcsec: &[[f64; 2]]) -> [[f64; 2]; ROW_NODES] {
+    std::array::from_fn(|k| theta_arcsec[fine_number(k)])
+}
+
+/// Where the rays of a tile meet a plane: their mean and the largest distance from it.
+#[derive(Clone, Copy)]
+pub(super) struct Spot {
+    pub mean_arcsec: [f64; 2],
+    pub radius_arcsec: f64,
+}
+
+impl Spot {
+    pub fn of(theta: impl Iterator<Item = [f64; 2]> + Clone) -> Self {
+        let (mut sum, mut n) = ([0.0; 2], 0.0_f64);
+        for t in theta.clone() {
+            sum = [sum[0] + t[0], sum[1] + t[1]];
+            n += 1.0;
+        }
+        let mean_arcsec = sum.map(|s| s / n);
+        let square = |t: [f64; 2]| (t[0] - mean_arcsec[0]).powi(2) + (t[1] - mean_arcsec[1]).powi(2);
+        Self { mean_arcsec, radius_arcsec: theta.map(square).fold(0.0, f64::max).sqrt() }
+    }
+
+    /// False when interpolating the kick of a halo over the spot is good to `tolerance`; `alpha` is its largest kick
+    /// at the edge.
+    ///
+    /// The kick is analytic but for the halo's centre, so interpolation of degree 8 is off by about 2α·B⁻⁹, where B is
+    /// the sum of the half axes of the largest Bernstein ellipse that leaves the centre outside. For a halo at
+    /// distance D from the middle of a square of half diagonal ϱ, B ≥ 2√2·D/ϱ − 1.3 beyond D = 1.5ϱ.
+    #[inline(always)]
+    pub fn is_rough(&self, plane: &Plane, alpha: f64, tolerance: f64) -> bool {
+        let [x, y] = [0, 1].map(|c| self.mean_arcsec[c] - plane.centre_arcsec[c]);
+        let (distance, radius) = ((x * x + y * y).sqrt(), 1.05 * self.radius_arcsec);
+        if distance > 1.5 * radius {
+            let b = 2.0 * std::f64::consts::SQRT_2 * distance / radius - 1.3;
+            let b4 = (b * b) * (b * b);
+            2.0 * alpha > tolerance * b4 * b4 * b
+        } else {
+            // The deflection of any truncation is at most that of the plain halo, which is largest near 1.3 r_s.
+            let [m, ..] = plane.radial(1.0);
+            1.1 * plane.fk.abs() * m > tolerance * plane.inv_r_s2.sqrt()
+        }
+    }
+}

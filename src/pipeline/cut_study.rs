@@ -1,0 +1,63 @@
+//! What the shear cut does: one line of sight at ever looser cuts.
+
+use super::haloes::populate;
+use super::progress::{Progress, Silent};
+use super::view::{LensAndSource, View, line_of_sight};
+use crate::config::Config;
+use crate::error::Result;
+use crate::halo::passes_shear_cut;
+use crate::imaging::Psf;
+use crate::numerics::random::Stage;
+
+/// What is seen of one line of sight at one cut, and how it differs from the loosest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutRow {
+    /// Haloes of a smaller point-lens shear on the axis are left out.
+    pub min_point_shear: f64,
+    /// What is seen through the others.
+    pub view: View,
+    /// (image − image at the loosest cut)/σ of every pixel before noise, σ² = background² + flux/exposure time.
+    pub image_over_noise: Vec<f64>,
+}
+
+impl CutRow {
+    /// Σ over the pixels of the squares.
+    pub fn image_chi_squared(&self) -> f64 {
+        self.image_over_noise.iter().map(|d| d * d).sum()
+    }
+}
+
+/// Looks through the haloes of one draw at every cut; the loosest comes last.
+///
+/// # Errors
+/// As [`populate`] and [`View::through`].
+pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], progress: &dyn Progress) -> Result<Vec<CutRow>> {
+    let mut cuts = cuts.to_vec();
+    cuts.sort_by(|a, b| b.total_cmp(a));
+    cuts.dedup();
+    let mut config = config.clone();
+    config.haloes.min_point_shear = cuts.last().copied().unwrap_or(config.haloes.min_point_shear);
+    progress.begin("haloes", None);
+    let haloes = populate(&config, None, 0, &Silent)?;
+    progress.end();
+    let shapes = LensAndSource::resolve(&config, 0);
+    progress.begin("cuts", Some(cuts.len() as u64));
+    let mut rows = Vec::with_capacity(cuts.len());
+    for min_point_shear in cuts {
+        let keep = passes_shear_cut(&haloes.catalogue, &config.cosmology, min_point_shear)?;
+        let sight = line_of_sight(&config, &haloes, &haloes.catalogue.select(&keep))?;
+        let view = View::through(&config, &sight, &shapes, psf, (0, Stage::NoiseImage), &Silent)?;
+        progress.advance(1);
+        rows.push(CutRow { min_point_shear, view, image_over_noise: Vec::new() });
+    }
+    progress.end();
+    let loosest = rows.last().map(|row| row.view.exposure.noise_free_e_s.clone()).unwrap_or_default();
+    let instrument = &config.instrument;
+    let sigma =
+        |flux: f64| instrument.background_rms_e_s().hypot((flux.max(0.0) / instrument.exposure_s).sqrt());
+    for row in &mut rows {
+        let pixels = row.view.exposure.noise_free_e_s.iter().zip(&loosest);
+        row.image_over_noise = pixels.map(|(flux, all)| (flux - all) / sigma(*all)).collect();
+    }
+    Ok(rows)
+}
