@@ -170,32 +170,46 @@ def scaling(executable, figure):
     from matplotlib import pyplot
 
     lines = bench(executable, "scaling")
-    rows = ["", "## How it grows", "", "To 1e-7″ with 2 threads, one run; set-up of the planes included.", "",
-            "| haloes | rays | accuracy | seconds | bound | measured | rays traced exactly |", "|---|---|---|---|---|---|---|"]
+    rows = ["", "## How it grows", "", "To 1e-7″ or exactly, one run; set-up of the planes included.", "",
+            "| haloes | rays | accuracy | threads | seconds | bound | measured | rays traced exactly |",
+            "|---|---|---|---|---|---|---|---|"]
     for line in lines:
-        rows.append(f"| {int(line['haloes']):,} | {int(line['rays']):,} | {line['accuracy']} | {float(line['median_s']):.3f} | "
-                    f"{line['bound_arcsec']} | {line['measured_arcsec']} | {int(line['rays_traced_exactly']):,} |")
-    def curve(keep, x):
-        points = sorted((float(line[x]), float(line["median_s"])) for line in lines if keep(line))
-        return np.array(points).T
-    cone = lines[-1]["haloes"]
-    by_haloes = curve(lambda line: line["rays"] == "4096" and line["accuracy"] != "exact", "haloes")
-    by_rays = curve(lambda line: line["haloes"] == cone and line["accuracy"] != "exact", "rays")
-    exact = curve(lambda line: line["accuracy"] == "exact", "rays")
+        rows.append(f"| {int(line['haloes']):,} | {int(line['rays']):,} | {line['accuracy']} | {line['threads']} | "
+                    f"{float(line['median_s']):.3f} | {line['bound_arcsec']} | {line['measured_arcsec']} | "
+                    f"{int(line['rays_traced_exactly']):,} |")
+
+    def curve(x, **wanted):
+        """Sorted abscissae and the least median at each, of the lines with those values."""
+        best = {}
+        for line in lines:
+            if all(line[name] == value for name, value in wanted.items()):
+                best[float(line[x])] = min(best.get(float(line[x]), np.inf), float(line["median_s"]))
+        return np.array(sorted(best.items())).T
+
+    cone, fine = lines[-1]["haloes"], lines[-1]["accuracy"]
+    by_haloes = curve("haloes", rays="4096", accuracy=fine, threads="2")
     exponent = np.polyfit(np.log(by_haloes[0]), np.log(by_haloes[1]), 1)[0]
-    rows += ["", f"From {by_haloes[0][0]:.0f} to {by_haloes[0][-1]:.0f} haloes the time grows with the power {exponent:.2f} of "
-             "their number.", "", "![seconds against haloes and against rays](figures/scaling.svg)"]
-    panels, (left, right) = pyplot.subplots(1, 2, figsize=(9, 3.8), sharey=True)
+    panels, (left, middle, right) = pyplot.subplots(1, 3, figsize=(11, 3.6))
     left.loglog(*by_haloes, "o-", label="64×64 rays to 1e-7″")
-    right.loglog(*by_rays, "o-", label="to 1e-7″")
-    right.loglog(*exact, "s--", label="exact")
     left.set(xlabel="haloes", ylabel="seconds, 2 threads")
-    right.set(xlabel=f"rays through {int(cone):,} haloes")
-    for panel in (left, right):
+    middle.loglog(*curve("rays", haloes=cone, accuracy=fine, threads="2"), "o-", label="to 1e-7″")
+    middle.loglog(*curve("rays", haloes=cone, accuracy="exact", threads="2"), "s--", label="exact")
+    middle.set(xlabel=f"rays through {int(cone):,} haloes", ylabel="seconds, 2 threads")
+    gains = []
+    for rays, accuracy, style in (("262144", fine, "o-"), ("4096", "exact", "s--")):
+        threads, seconds = curve("threads", haloes=cone, rays=rays, accuracy=accuracy)
+        gains.append(f"{seconds[0] / seconds[-1]:.2f} times with {threads[-1]:.0f} threads ({accuracy}, {int(rays):,} rays)")
+        right.plot(threads, seconds[0] / seconds, style, label=f"{accuracy}, {int(rays):,} rays")
+    right.plot(threads, threads, ":", color="grey", label="ideal")
+    right.set(xlabel="threads", ylabel="faster than one thread", xticks=threads)
+    for panel in (left, middle, right):
         panel.legend()
     panels.tight_layout()
     panels.savefig(figure, metadata={"Date": None})
-    return rows
+    return rows + [
+        "", f"From {by_haloes[0][0]:.0f} to {by_haloes[0][-1]:.0f} haloes the time grows with the power {exponent:.2f} of "
+        f"their number. Faster than one thread: {'; '.join(gains)}.", "",
+        "![seconds against haloes, rays and threads](figures/scaling.svg)"]
 
 
 def main():

@@ -89,6 +89,12 @@ fn scaling() {
     for side in [32, 64, 128] {
         line(&haloes, side, 0, ACCURACIES[0], 2, 3);
     }
+    for (side, accuracy) in [(64, ACCURACIES[0]), (512, ACCURACIES[1])] {
+        let most = std::thread::available_parallelism().map_or(1, usize::from);
+        for threads in (0..).map(|k| 1 << k).take_while(|threads| *threads <= most) {
+            line(&haloes, side, 0, accuracy, threads, 5);
+        }
+    }
 }
 
 fn main() {

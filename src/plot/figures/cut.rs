@@ -32,14 +32,21 @@ pub fn cut(data: &CutData) -> Figure {
             legend: legend.into(),
         })
     };
-    let panel = |label: &str, marks: Vec<Mark>| Panel {
+    // Room for the legend above the curves.
+    let limits = |curves: &[&[f64]], room: f64| {
+        let positive = curves.iter().flat_map(|values| values.iter().copied()).filter(|v| *v > 0.0);
+        let (low, high) = positive.fold((f64::MAX, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
+        (high > 0.0).then_some((low / 2.0, high * room))
+    };
+    let panel = |label: &str, limits: Option<(f64, f64)>, marks: Vec<Mark>| Panel {
         marks,
         legend: Corner::TopLeft,
-        ..Panel::new(Axis::log("smallest point-lens shear kept"), Axis::log(label))
+        ..Panel::new(Axis::log("smallest point-lens shear kept"), Axis { limits, ..Axis::log(label) })
     };
     let panels = vec![
         panel(
             "change from the loosest cut",
+            limits(&[data.kappa, data.gamma, data.f_per_arcsec, data.delta], 100.0),
             vec![
                 line(data.kappa, Stroke::solid(Colour::BLACK, 1.0), "κ"),
                 line(data.gamma, Stroke::solid(Colour::BLUE, 1.0), "γ"),
@@ -49,6 +56,7 @@ pub fn cut(data: &CutData) -> Figure {
         ),
         panel(
             "change of the image over its noise",
+            limits(&[data.image_largest, data.image_chi_squared], 20.0),
             vec![
                 line(data.image_largest, Stroke::solid(Colour::BLUE, 1.0), "largest pixel"),
                 line(data.image_chi_squared, Stroke::solid(Colour::ORANGE, 1.0), "χ^{2}"),
