@@ -12,6 +12,7 @@ mod latent;
 pub mod likelihood;
 pub mod model;
 mod observation;
+mod pixel_sums;
 mod prior;
 pub mod sampler;
 mod start;
