@@ -220,7 +220,7 @@ fn models_that_cannot_be_meant_are_refused() {
         folder
     };
     let list = "fit --list";
-    assert_refused(&folder(), "simple", &["--model is simple", "simple-minimal", list]);
+    assert_refused(&folder(), "simple", &["the model is simple", "simple-minimal", list]);
     assert_refused(&folder(), "none.toml", &["none.toml"]);
     assert_refused(
         &edited("[[source]]", "[[sorce]]"),

@@ -182,6 +182,26 @@ fn curves_enclose_the_einstein_disc_and_lie_in_every_file_that_was_asked_for() {
 }
 
 #[test]
+fn the_cut_study_counts_more_haloes_below_lower_cuts_and_refuses_impossible_ones() {
+    let folder = folder();
+    let printed = succeeds(&folder, "study cut small.toml --cuts 1e-4,1e-5 -o cut");
+    assert!(
+        ["cut/cut.csv", "cut/cut.svg", "cut/cut.png"].iter().all(|file| printed.contains(file)),
+        "{printed}"
+    );
+    let table = Table::read(&folder.path("cut/cut.csv"), "").unwrap();
+    assert_eq!(numbers(&table, "min_point_shear"), [1e-4, 1e-5]);
+    let haloes = numbers(&table, "number_of_haloes");
+    assert!(haloes[0] > 0.0 && haloes[0] < haloes[1], "{haloes:?}");
+    // The last line is what the others are compared with.
+    let difference = numbers(&table, "image_chi2");
+    assert!(difference[0] > 0.0 && difference[1] == 0.0, "{difference:?}");
+    let refused = folder.haloray("study cut small.toml --cuts -1 -o other");
+    folder.check_failure(2, &refused, "study cut --cuts -1", &["--cuts is -1", "at least 0 and below 1"]);
+    assert!(!folder.path("other").exists());
+}
+
+#[test]
 fn a_refused_run_leaves_an_earlier_one_as_it_was() {
     let folder = folder();
     succeeds(&folder, "simulate small.toml -o run");

@@ -6,9 +6,9 @@ mod targets;
 use haloray::inference::LatentLikelihood;
 use haloray::inference::sampler::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, Problem, Progress, SamplerRun, SamplerSettings,
-    StretchSettings,
+    StretchSettings, ValleySettings,
 };
-use targets::{Banana, Normal, Nowhere, Truncated, TwoPeaks, by_quadrature};
+use targets::{Banana, Gorge, Normal, Nowhere, Truncated, TwoPeaks, by_quadrature};
 
 fn run(settings: SamplerSettings, problem: &Problem, seed: u64) -> (SamplerRun, Progress) {
     let mut run = SamplerRun::start(&settings, seed, problem).unwrap();
@@ -20,9 +20,14 @@ fn nuts() -> SamplerSettings {
     SamplerSettings::Nuts(NutsSettings::default())
 }
 
-fn all_samplers() -> [SamplerSettings; 4] {
+fn valley() -> SamplerSettings {
+    SamplerSettings::Valley(ValleySettings::default())
+}
+
+fn all_samplers() -> [SamplerSettings; 5] {
     [
         nuts(),
+        valley(),
         SamplerSettings::EnsembleSlice(EnsembleSliceSettings::default()),
         SamplerSettings::Stretch(StretchSettings::default()),
         SamplerSettings::Nested(NestedSettings::default()),
@@ -133,6 +138,34 @@ fn all_samplers_agree_in_ten_correlated_dimensions() {
             assert!(error.abs() < 4.0 && evidence.log_evidence_error < 0.5, "{evidence:?}");
         }
     }
+}
+
+#[test]
+fn the_valley_sampler_follows_a_narrow_valley_that_bends() {
+    let starts = [vec![0.0; 3]];
+    let problem = Problem { likelihood: &Gorge, starts: &starts, metric: None };
+    let (run, progress) = run(valley(), &problem, 8);
+    assert!(progress.is_converged, "{progress:?}");
+    // Across the valley only its floor counts: means over z₀ by quadrature.
+    let mut sums = [[0.0; 3]; 2];
+    let mut norm = 0.0;
+    for a in (-6000..6000).map(|i| (f64::from(i) + 0.5) * 1e-3) {
+        let [b, c] = Gorge::floor(a);
+        let density = (-0.5 * (a * a + b * b + c * c)).exp();
+        norm += density;
+        for (i, value) in [a, b, c].into_iter().enumerate() {
+            sums[0][i] += density * value;
+            sums[1][i] += density * value * value;
+        }
+    }
+    let means = sums[0].map(|sum| sum / norm);
+    let deviations: Vec<f64> = (0..3).map(|i| (sums[1][i] / norm - means[i] * means[i]).sqrt()).collect();
+    assert_moments(&moments(&run, &progress), &means, &deviations);
+    // And the draws scatter about it by its width.
+    let draws = run.chains().coordinate(0).concat().into_iter().zip(run.chains().coordinate(1).concat());
+    let across: Vec<f64> = draws.map(|(a, b)| (b - Gorge::floor(a)[0]) / 1e-3).collect();
+    let square = across.iter().map(|o| o * o).sum::<f64>() / across.len() as f64;
+    assert!((square - 1.0).abs() < 0.15, "{square}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::latent::LatentLikelihood;
+use super::latent::{Curvature, LatentLikelihood};
 use super::likelihood::{ImageFit, LikelihoodKind, combine, informations};
 use super::model::{CompiledModel, Evaluation, Mesh};
 use super::observation::Observation;
@@ -23,17 +23,6 @@ pub struct ImageLikelihood {
     pub kind: LikelihoodKind,
     /// Where the pixels are sampled.
     pub mesh: Mesh,
-}
-
-/// The posterior expanded about a point: ln L, gradient of ln L − ½|z|², and its Fisher matrix plus one.
-#[derive(Debug, Clone)]
-pub struct Curvature {
-    /// ln L − ½|z|².
-    pub log_posterior: f64,
-    /// Its gradient.
-    pub gradient: DVector<f64>,
-    /// Fisher matrix of the latent coordinates, amplitudes marginalised, plus the unit matrix of the prior.
-    pub metric: DMatrix<f64>,
 }
 
 /// What a model predicts for the image.
@@ -75,43 +64,6 @@ impl ImageLikelihood {
             log_likelihood: fit.log_likelihood,
             amplitudes: fit.amplitudes,
         })
-    }
-
-    /// Expands the log-posterior at latent coordinates; `None` where it is −∞.
-    pub fn curvature(&self, latent: &[f64]) -> Option<Curvature> {
-        let (free, slopes) = self.model.at_latent(latent);
-        let (at, lights, fit) = self.fit(&free, true)?;
-        let mut gradient = DVector::from_vec(self.gradient(&at, &fit, &slopes));
-        let n = self.observation.grid.pixels();
-        let [weight, _] = informations(&self.observation, &combine(&lights, &fit.amplitudes));
-        let scaled =
-            |image: Vec<f64>| image.iter().zip(&weight).map(|(v, w)| v * w.sqrt()).collect::<Vec<_>>();
-        let columns = at.columns(&self.mesh, &fit.amplitudes);
-        let mut matrix: Vec<Vec<f64>> = columns
-            .iter()
-            .map(|c| scaled(self.observation.psf.convolve(&self.mesh.integrate(c), n)))
-            .collect();
-        matrix.extend(lights.into_iter().map(scaled));
-        let all = DMatrix::from_fn(weight.len(), matrix.len(), |i, j| matrix[j][i]);
-        let mut fisher = all.tr_mul(&all);
-        let (p, k) = (slopes.len(), fit.amplitudes.len());
-        for (j, [_, sd]) in self.model.amplitude_priors.iter().enumerate() {
-            fisher[(p + j, p + j)] += 1.0 / (sd * sd);
-        }
-        let amplitudes = fisher.view((p, p), (k, k)).into_owned().cholesky()?;
-        let mixed = fisher.view((0, p), (p, k)).into_owned();
-        let mut metric =
-            fisher.view((0, 0), (p, p)).into_owned() - &mixed * amplitudes.solve(&mixed.transpose());
-        for i in 0..p {
-            for j in 0..p {
-                metric[(i, j)] *= slopes[i] * slopes[j];
-            }
-            metric[(i, i)] += 1.0;
-        }
-        let z = DVector::from_column_slice(latent);
-        gradient -= &z;
-        let log_posterior = fit.log_likelihood - 0.5 * z.norm_squared();
-        Some(Curvature { log_posterior, gradient, metric: (&metric + metric.transpose()) * 0.5 })
     }
 
     /// ∂lnL/∂z from the adjoint images.
@@ -187,6 +139,42 @@ impl LatentLikelihood for ImageLikelihood {
         let Some((at, _, fit)) = self.fit(&free, true) else { return f64::NEG_INFINITY };
         gradient.copy_from_slice(&self.gradient(&at, &fit, &slopes));
         fit.log_likelihood
+    }
+
+    fn curvature(&self, latent: &[f64]) -> Option<Curvature> {
+        let (free, slopes) = self.model.at_latent(latent);
+        let (at, lights, fit) = self.fit(&free, true)?;
+        let mut gradient = DVector::from_vec(self.gradient(&at, &fit, &slopes));
+        let n = self.observation.grid.pixels();
+        let [weight, _] = informations(&self.observation, &combine(&lights, &fit.amplitudes));
+        let scaled =
+            |image: Vec<f64>| image.iter().zip(&weight).map(|(v, w)| v * w.sqrt()).collect::<Vec<_>>();
+        let columns = at.columns(&self.mesh, &fit.amplitudes);
+        let mut matrix: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|c| scaled(self.observation.psf.convolve(&self.mesh.integrate(c), n)))
+            .collect();
+        matrix.extend(lights.into_iter().map(scaled));
+        let all = DMatrix::from_vec(weight.len(), matrix.len(), matrix.concat());
+        let mut fisher = all.transpose() * &all;
+        let (p, k) = (slopes.len(), fit.amplitudes.len());
+        for (j, [_, sd]) in self.model.amplitude_priors.iter().enumerate() {
+            fisher[(p + j, p + j)] += 1.0 / (sd * sd);
+        }
+        let amplitudes = fisher.view((p, p), (k, k)).into_owned().cholesky()?;
+        let mixed = fisher.view((0, p), (p, k)).into_owned();
+        let mut metric =
+            fisher.view((0, 0), (p, p)).into_owned() - &mixed * amplitudes.solve(&mixed.transpose());
+        for i in 0..p {
+            for j in 0..p {
+                metric[(i, j)] *= slopes[i] * slopes[j];
+            }
+            metric[(i, i)] += 1.0;
+        }
+        let z = DVector::from_column_slice(latent);
+        gradient -= &z;
+        let log_posterior = fit.log_likelihood - 0.5 * z.norm_squared();
+        Some(Curvature { log_posterior, gradient, metric: (&metric + metric.transpose()) * 0.5 })
     }
 }
 

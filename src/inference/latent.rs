@@ -1,5 +1,18 @@
 //! What a sampler asks of a model: the likelihood in coordinates whose prior is standard normal.
 
+use nalgebra::{DMatrix, DVector};
+
+/// The posterior expanded about a point: ln L, gradient of ln L − ½|z|², and its Fisher matrix plus one.
+#[derive(Debug, Clone)]
+pub struct Curvature {
+    /// ln L − ½|z|².
+    pub log_posterior: f64,
+    /// Its gradient.
+    pub gradient: DVector<f64>,
+    /// Fisher matrix of the latent coordinates, amplitudes marginalised, plus the unit matrix of the prior.
+    pub metric: DMatrix<f64>,
+}
+
 /// A likelihood over latent coordinates z, each with a standard normal prior (see [`crate::inference`]).
 pub trait LatentLikelihood: Sync {
     /// Number of coordinates, at least one.
@@ -10,4 +23,9 @@ pub trait LatentLikelihood: Sync {
 
     /// ln L(z), with ∂lnL/∂z written to `gradient` (length [`Self::dimension`]; unspecified where ln L = −∞).
     fn log_likelihood_gradient(&self, latent: &[f64], gradient: &mut [f64]) -> f64;
+
+    /// The log-posterior expanded about z; `None` where it is −∞, and of likelihoods that do not know their curvature.
+    fn curvature(&self, _latent: &[f64]) -> Option<Curvature> {
+        None
+    }
 }

@@ -4,9 +4,11 @@
 //! prior and Φ the standard normal one, so that every prior is N(0, 1) in z and nothing has an edge. The
 //! log-posterior density in z is ln L(z) − ½|z|²; u = Φ(z) are the coordinates of the unit cube.
 
+mod bits;
 pub mod convergence;
 mod draws;
 mod fit;
+mod floor;
 mod image_likelihood;
 mod latent;
 pub mod likelihood;
@@ -19,8 +21,8 @@ mod start;
 
 pub use draws::{DrawStatistics, HPD_FRACTION};
 pub use fit::{Fit, FitSettings, ParameterSummary, Stage as FitStage};
-pub use image_likelihood::{Curvature, ImageLikelihood, ModelImage};
-pub use latent::LatentLikelihood;
+pub use image_likelihood::{ImageLikelihood, ModelImage};
+pub use latent::{Curvature, LatentLikelihood};
 pub use observation::Observation;
 pub use prior::{Prior, PriorShape};
 pub use start::{Start, find_start};

@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::image_likelihood::{Curvature, ImageLikelihood};
-use super::latent::LatentLikelihood;
+use super::floor::Axes;
+use super::image_likelihood::ImageLikelihood;
+use super::latent::{Curvature, LatentLikelihood};
 use super::observation::Observation;
 use crate::error::{Error, Result};
 use crate::numerics::random::{Stage, stream};
@@ -29,7 +30,7 @@ const RADII: usize = 10;
 const SHAPES: u64 = 5;
 /// Iterations of a rough search, and of the final one of the best few.
 const ROUGH_ITERATIONS: usize = 12;
-const FINAL_ITERATIONS: usize = 200;
+const FINAL_ITERATIONS: usize = 40;
 const FINALISTS: usize = 5;
 /// Spread of the guesses for what the image says nothing about beforehand, in latent standard deviations.
 const GUESS_SPREAD: f64 = 0.25;
@@ -54,7 +55,7 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
     let finals: Vec<Start> = rough
         .into_par_iter()
         .take(FINALISTS)
-        .filter_map(|(start, _)| climb(likelihood, start.latent, &[], FINAL_ITERATIONS))
+        .filter_map(|(start, _)| climb_from(likelihood, start.latent).ok())
         .collect();
     let all = evaluations + finals.iter().map(|start| start.evaluations).sum::<u64>();
     let best = finals.into_iter().reduce(|a, b| if b.log_posterior > a.log_posterior { b } else { a });
@@ -67,7 +68,8 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
 /// # Errors
 /// When the model cannot be evaluated there.
 pub(super) fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Start> {
-    climb(likelihood, latent, &[], FINAL_ITERATIONS).ok_or_else(|| no_model(likelihood))
+    let start = climb(likelihood, latent, &[], FINAL_ITERATIONS).ok_or_else(|| no_model(likelihood))?;
+    Ok(follow_valley(likelihood, start))
 }
 
 fn no_model(likelihood: &ImageLikelihood) -> Error {
@@ -182,6 +184,63 @@ fn climb(
         }
     }
     Some(Start { latent, log_posterior: here.log_posterior, metric: here.metric, evaluations })
+}
+
+/// Newton steps along the floor of the valley in which a start lies, which bends too much for Levenberg–Marquardt.
+fn follow_valley(likelihood: &ImageLikelihood, mut start: Start) -> Start {
+    /// Directions measured worse than this, in units of their priors' widths, lead along the valley.
+    const SLOW_WIDTH: f64 = 0.03;
+    const MOST_STEPS: usize = 100;
+    const SMALLEST_GAIN: f64 = 1e-3;
+    let mut damping = 0.0;
+    for _ in 0..MOST_STEPS {
+        let slow = Axes::wider_than(SLOW_WIDTH, &start.metric).max(1);
+        let axes = Axes::split(&start.latent, &start.metric, slow);
+        let Some(latent) = valley_step(likelihood, &axes, &mut damping, &mut start.evaluations) else {
+            break;
+        };
+        let Some(there) = likelihood.curvature(&latent) else { break };
+        start.evaluations += 1;
+        let gain = there.log_posterior - start.log_posterior;
+        if gain > 0.0 {
+            start = Start { latent, log_posterior: there.log_posterior, metric: there.metric, ..start };
+        }
+        if gain < SMALLEST_GAIN {
+            break;
+        }
+    }
+    start
+}
+
+/// A place on the floor higher than the origin of the axes, a damped Newton step away; the origin's floor if none is found.
+fn valley_step(
+    likelihood: &ImageLikelihood,
+    axes: &Axes,
+    damping: &mut f64,
+    evaluations: &mut u64,
+) -> Option<Vec<f64>> {
+    /// A step moves no slow coordinate by more.
+    const LONGEST: f64 = 1.0;
+    const MOST_DAMPING: f64 = 1e4;
+    /// Curvatures for one place of the floor; steps that need more are too long.
+    const MOST_CURVATURES: u64 = 8;
+    let origin = DVector::zeros(axes.slow_dimension());
+    let guess = DVector::zeros(axes.stiff_dimension());
+    let here = axes.floor(likelihood, &origin, guess, 2 * MOST_CURVATURES, evaluations)?;
+    while *damping <= MOST_DAMPING {
+        let mut metric = here.metric.clone();
+        (0..metric.nrows()).for_each(|i| metric[(i, i)] *= 1.0 + *damping);
+        let step = metric.cholesky()?.solve(&here.slope);
+        let step = &step * (LONGEST / step.amax()).min(1.0);
+        let guess = &here.stiff + &here.bend * &step;
+        let there = axes.floor(likelihood, &step, guess, MOST_CURVATURES, evaluations);
+        if let Some(there) = there.filter(|there| there.log_density > here.log_density) {
+            *damping = if *damping > 1e-2 { 0.2 * *damping } else { 0.0 };
+            return Some(axes.at(&step, &there.stiff).as_slice().to_vec());
+        }
+        *damping = f64::max(8.0 * *damping, 0.1);
+    }
+    Some(axes.at(&origin, &here.stiff).as_slice().to_vec())
 }
 
 /// A rough search: first with the line of sight empty and the sources smooth, whose cusps would hold on to the first

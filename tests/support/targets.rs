@@ -1,6 +1,6 @@
 //! Posteriors with known answers for the samplers.
 
-use haloray::inference::LatentLikelihood;
+use haloray::inference::{Curvature, LatentLikelihood};
 use nalgebra::{DMatrix, DVector};
 
 /// A normal likelihood exp(−½(z − m)ᵀP(z − m)) in many correlated dimensions.
@@ -61,6 +61,23 @@ impl LatentLikelihood for Normal {
         gradient.iter_mut().zip(slope.iter()).for_each(|(g, s)| *g = -s);
         -0.5 * offset.dot(&slope)
     }
+
+    fn curvature(&self, latent: &[f64]) -> Option<Curvature> {
+        curvature(self, latent, self.metric())
+    }
+}
+
+/// The curvature of a likelihood where its Fisher matrix plus one is known.
+fn curvature(likelihood: &dyn LatentLikelihood, latent: &[f64], metric: DMatrix<f64>) -> Option<Curvature> {
+    let z = DVector::from_column_slice(latent);
+    let mut gradient = vec![0.0; latent.len()];
+    let log_likelihood = likelihood.log_likelihood_gradient(latent, &mut gradient);
+    let log_posterior = log_likelihood - 0.5 * z.norm_squared();
+    log_posterior.is_finite().then(|| Curvature {
+        log_posterior,
+        gradient: DVector::from_vec(gradient) - z,
+        metric,
+    })
 }
 
 /// A ridge bent by 0.6 z₀² with a width of 0.3, over two coordinates.
@@ -82,6 +99,57 @@ impl LatentLikelihood for Banana {
         let offset = (z[1] - BEND * z[0] * z[0]) / (WIDTH * WIDTH);
         gradient.copy_from_slice(&[2.0 * BEND * z[0] * offset, -offset]);
         self.log_likelihood(z)
+    }
+
+    fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+        let row = DVector::from_vec(vec![-2.0 * BEND * z[0], 1.0]);
+        curvature(self, z, &row * row.transpose() / (WIDTH * WIDTH) + DMatrix::identity(2, 2))
+    }
+}
+
+/// A valley a thousandth wide that bends by hundreds of its widths: z₁ = ½z₀² and z₂ = 0.3z₀ + 0.1z₀³.
+pub struct Gorge;
+
+impl Gorge {
+    const WIDTHS: [f64; 2] = [1e-3, 2e-3];
+
+    /// The floor at z₀.
+    pub fn floor(a: f64) -> [f64; 2] {
+        [0.5 * a * a, 0.3 * a + 0.1 * a.powi(3)]
+    }
+
+    fn offsets(z: &[f64]) -> [f64; 2] {
+        let floor = Self::floor(z[0]);
+        [0, 1].map(|i| (z[1 + i] - floor[i]) / Self::WIDTHS[i])
+    }
+
+    /// ∂ of each offset.
+    fn rows(z: &[f64]) -> [DVector<f64>; 2] {
+        let [b, c] = Self::WIDTHS;
+        let slopes = [z[0], 0.3 + 0.3 * z[0] * z[0]];
+        [vec![-slopes[0] / b, 1.0 / b, 0.0], vec![-slopes[1] / c, 0.0, 1.0 / c]].map(DVector::from_vec)
+    }
+}
+
+impl LatentLikelihood for Gorge {
+    fn dimension(&self) -> usize {
+        3
+    }
+
+    fn log_likelihood(&self, z: &[f64]) -> f64 {
+        -0.5 * Self::offsets(z).iter().map(|o| o * o).sum::<f64>()
+    }
+
+    fn log_likelihood_gradient(&self, z: &[f64], gradient: &mut [f64]) -> f64 {
+        let [b, c] = Self::offsets(z);
+        let [row_b, row_c] = Self::rows(z);
+        gradient.copy_from_slice((row_b * -b - row_c * c).as_slice());
+        self.log_likelihood(z)
+    }
+
+    fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+        let outer = Self::rows(z).map(|row| &row * row.transpose());
+        curvature(self, z, &outer[0] + &outer[1] + DMatrix::identity(3, 3))
     }
 }
 
@@ -136,6 +204,10 @@ impl LatentLikelihood for Truncated {
     fn log_likelihood_gradient(&self, z: &[f64], gradient: &mut [f64]) -> f64 {
         gradient.copy_from_slice(&[-4.0 * (z[0] - 0.2), -4.0 * z[1]]);
         self.log_likelihood(z)
+    }
+
+    fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+        curvature(self, z, DMatrix::identity(2, 2) * 5.0)
     }
 }
 

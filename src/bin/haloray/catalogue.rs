@@ -46,7 +46,7 @@ pub struct CatalogueArgs {
     #[arg(long, value_enum)]
     pixel_sampling: Option<SamplingArg>,
     /// How to sample.
-    #[arg(long, value_enum, default_value_t = SamplerArg::Nuts)]
+    #[arg(long, value_enum, default_value_t = SamplerArg::Valley)]
     sampler: SamplerArg,
     /// Draws of a chain or walker after which a fit stops, converged or not.
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(4..))]

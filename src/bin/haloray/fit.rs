@@ -11,6 +11,7 @@ use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{BUILT_IN, CompiledModel, ModelDescription};
 use haloray::inference::sampler::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerRun, SamplerSettings, StretchSettings,
+    ValleySettings,
 };
 use haloray::inference::{Fit, FitSettings, FitStage};
 use haloray::io::{Provenance, Staging, read_checkpoint, read_observation, write_checkpoint};
@@ -69,6 +70,8 @@ pub struct Args {
 pub enum SamplerArg {
     /// No-U-Turn sampler: uses gradients; the fastest.
     Nuts,
+    /// Follows the curved valleys of composite lenses; for what the No-U-Turn sampler cannot pass.
+    Valley,
     /// Ensemble slice sampling, as zeus.
     EnsembleSlice,
     /// Affine-invariant stretch move, as emcee.
@@ -106,6 +109,7 @@ impl SamplerArg {
     pub fn settings(self) -> SamplerSettings {
         match self {
             Self::Nuts => SamplerSettings::Nuts(NutsSettings::default()),
+            Self::Valley => SamplerSettings::Valley(ValleySettings::default()),
             Self::EnsembleSlice => SamplerSettings::EnsembleSlice(EnsembleSliceSettings::default()),
             Self::Stretch => SamplerSettings::Stretch(StretchSettings::default()),
             Self::Nested => SamplerSettings::Nested(NestedSettings::default()),
@@ -122,6 +126,7 @@ pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Resul
     };
     match &mut settings {
         SamplerSettings::Nuts(s) => steps(&mut s.block_draws, &mut s.max_draws, 1),
+        SamplerSettings::Valley(s) => steps(&mut s.block_draws, &mut s.max_draws, 1),
         SamplerSettings::EnsembleSlice(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
         SamplerSettings::Stretch(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
         SamplerSettings::Nested(_) => {

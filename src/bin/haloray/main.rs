@@ -135,7 +135,7 @@ fn report(error: &Error, command: &Command) -> ExitCode {
 /// What helps a fit where the general hint would mislead.
 fn fit_hint(error: &Error) -> Option<&'static str> {
     match error {
-        Error::OutOfRange { what, .. } if what == "--model" => {
+        Error::OutOfRange { what, .. } if what == "the model" => {
             Some("`haloray fit --list` explains the built-in models")
         }
         Error::OutOfRange { what, .. } if what.starts_with("--") => None,

@@ -114,8 +114,8 @@ impl ModelDescription {
         let found = BUILT_IN.iter().find(|(own, _)| *own == name);
         let names = BUILT_IN.map(|(name, _)| name).join(", ");
         let allowed = format!("one of {names}, or a file ending in .toml");
-        let (_, text) = found.ok_or_else(|| Error::out_of_range("--model", name, &allowed))?;
-        Self::parse(text).map_err(|e| Error::out_of_range("--model", name, &e.to_string()))
+        let (_, text) = found.ok_or_else(|| Error::out_of_range("the model", name, &allowed))?;
+        Self::parse(text).map_err(|e| Error::out_of_range("the model", name, &e.to_string()))
     }
 
     /// Reads a description; the message of the error has line and column.

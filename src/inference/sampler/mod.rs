@@ -4,24 +4,26 @@
 //! after any block, killed, read back and continued ends with the same bytes as one never stopped, for any
 //! number of threads.
 
-mod bits;
 mod chains;
 mod ensemble;
 mod nested;
 mod nuts;
 mod run;
 mod target;
+mod valley;
 mod whitening;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::bits;
 pub use chains::{Chain, Chains};
 pub use ensemble::{EnsembleSliceSettings, StretchSettings};
 pub use nested::{Evidence, NestedSettings};
 pub use nuts::NutsSettings;
 pub use run::{Progress, Quantities, SamplerRun};
 pub use target::Problem;
+pub use valley::ValleySettings;
 
 /// The samplers, each with its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -29,6 +31,8 @@ pub use target::Problem;
 pub enum SamplerSettings {
     /// No-U-Turn sampler: gradients and a metric; the fastest where the posterior is smooth.
     Nuts(NutsSettings),
+    /// Moves along the curved valleys of composite lenses, across which it integrates; needs curvatures.
+    Valley(ValleySettings),
     /// Ensemble slice sampling, the method of the paper's zeus: no gradients; for what is not smooth.
     EnsembleSlice(EnsembleSliceSettings),
     /// The affine-invariant stretch move, the method of emcee: to compare with others.
@@ -42,6 +46,7 @@ impl SamplerSettings {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Nuts(_) => "nuts",
+            Self::Valley(_) => "valley",
             Self::EnsembleSlice(_) => "ensemble-slice",
             Self::Stretch(_) => "stretch",
             Self::Nested(_) => "nested",
@@ -66,7 +71,7 @@ mod tests {
             panic!("not nuts")
         };
         assert_eq!((nuts.chains, nuts.block_draws), (6, NutsSettings::default().block_draws));
-        for kind in ["nuts", "ensemble-slice", "stretch", "nested"] {
+        for kind in ["nuts", "valley", "ensemble-slice", "stretch", "nested"] {
             let settings = parsed(&format!("kind = \"{kind}\"")).unwrap();
             let text = toml::to_string(&settings).unwrap();
             assert_eq!(parsed(&text).unwrap(), settings);

@@ -9,6 +9,7 @@ use super::ensemble::{EnsembleState, Plan};
 use super::nested::{Evidence, NestedState};
 use super::nuts::NutsState;
 use super::target::Problem;
+use super::valley::ValleyState;
 use crate::error::Result;
 use crate::inference::LatentLikelihood;
 use crate::inference::convergence::Convergence;
@@ -63,6 +64,7 @@ pub struct SamplerRun {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum State {
     Nuts(NutsState),
+    Valley(Box<ValleyState>),
     Ensemble(EnsembleState),
     Nested(NestedState),
 }
@@ -111,6 +113,10 @@ impl SamplerRun {
                 let state = NutsState::start(*nuts, seed, problem)?;
                 (State::Nuts(state), Chains::new(dimension, nuts.chains, 1))
             }
+            SamplerSettings::Valley(valley) => {
+                let state = ValleyState::start(*valley, seed, problem)?;
+                (State::Valley(Box::new(state)), Chains::new(dimension, valley.chains, 1))
+            }
             SamplerSettings::EnsembleSlice(slice) => ensemble(slice.plan(), "ensemble-slice")?,
             SamplerSettings::Stretch(stretch) => ensemble(stretch.plan()?, "stretch")?,
             SamplerSettings::Nested(nested) => {
@@ -127,6 +133,7 @@ impl SamplerRun {
         let (seed, block, chains) = (self.seed, self.block, &mut self.chains);
         match &mut self.state {
             State::Nuts(nuts) => nuts.advance(likelihood, seed, block, chains),
+            State::Valley(valley) => valley.advance(likelihood, seed, block, chains),
             State::Ensemble(ensemble) => ensemble.advance(likelihood, seed, block, chains),
             State::Nested(nested) => nested.advance(likelihood, seed, block, chains),
         }
@@ -162,6 +169,7 @@ impl SamplerRun {
                 let is_over = all_converged || draws > 0 && nuts.is_exhausted();
                 (Some(nuts.max_draws()), all_converged, is_over, None)
             }
+            State::Valley(valley) => (Some(valley.max_draws()), all_converged, all_converged, None),
             State::Ensemble(ensemble) => {
                 (Some(ensemble.plan.max_draws()), all_converged, all_converged, None)
             }
@@ -205,6 +213,7 @@ impl SamplerRun {
     pub fn evaluations(&self) -> u64 {
         match &self.state {
             State::Nuts(nuts) => nuts.evaluations,
+            State::Valley(valley) => valley.evaluations,
             State::Ensemble(ensemble) => ensemble.evaluations,
             State::Nested(nested) => nested.evaluations(),
         }

@@ -1,0 +1,247 @@
+//! Curved valleys of a posterior: the *floor*, where the well-measured directions have their highest density while the
+//! others are held.
+//!
+//! With z = o + S s + T t, S the directions the data hardly measure and T those they measure well (orthonormal, from the
+//! Fisher matrix at o), the floor t̂(s) = argmax_t ln p(s, t) bends by many widths of t where s moves by one of its own.
+//! It is found by Gauss–Newton, whose last step also gives the normal distribution of t about it.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::bits;
+use super::latent::{Curvature, LatentLikelihood};
+
+/// Slow and stiff directions about an origin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Axes {
+    #[serde(with = "bits::matrix")]
+    origin: DVector<f64>,
+    #[serde(with = "bits::matrix")]
+    slow: DMatrix<f64>,
+    #[serde(with = "bits::matrix")]
+    stiff: DMatrix<f64>,
+}
+
+/// The floor at one s, and what Laplace's method says of t about it.
+#[derive(Debug, Clone)]
+pub(super) struct Floor {
+    /// t̂.
+    pub stiff: DVector<f64>,
+    /// ln p there.
+    pub log_density: f64,
+    /// d ln p/ds along the floor.
+    pub slope: DVector<f64>,
+    /// dt̂/ds.
+    pub bend: DMatrix<f64>,
+    /// −d² ln p/ds² along the floor, Gauss–Newton.
+    pub metric: DMatrix<f64>,
+    /// C of the precision C Cᵀ of t.
+    pub factor: DMatrix<f64>,
+}
+
+impl Floor {
+    /// ½ ln det of the precision of t.
+    pub fn half_log_determinant(&self) -> f64 {
+        self.factor.diagonal().iter().map(|d| d.ln()).sum()
+    }
+
+    /// ln ∫ p dt by Laplace's method, up to a constant.
+    pub fn log_marginal(&self) -> f64 {
+        self.log_density - self.half_log_determinant()
+    }
+}
+
+impl Axes {
+    /// The `slow` widest principal axes of the metric, and the rest.
+    pub fn split(origin: &[f64], metric: &DMatrix<f64>, slow: usize) -> Self {
+        let eigen = metric.clone().symmetric_eigen();
+        let mut order: Vec<usize> = (0..origin.len()).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        let columns =
+            |of: &[usize]| DMatrix::from_fn(origin.len(), of.len(), |i, j| eigen.eigenvectors[(i, of[j])]);
+        let (slow, stiff) = order.split_at(slow);
+        Self { origin: DVector::from_column_slice(origin), slow: columns(slow), stiff: columns(stiff) }
+    }
+
+    /// Number of principal axes wider than `width`.
+    pub fn wider_than(width: f64, metric: &DMatrix<f64>) -> usize {
+        metric.symmetric_eigenvalues().iter().filter(|value| value.sqrt() * width < 1.0).count()
+    }
+
+    /// Number of coordinates s.
+    pub fn slow_dimension(&self) -> usize {
+        self.slow.ncols()
+    }
+
+    /// Number of coordinates t.
+    pub fn stiff_dimension(&self) -> usize {
+        self.stiff.ncols()
+    }
+
+    /// z.
+    pub fn at(&self, s: &DVector<f64>, t: &DVector<f64>) -> DVector<f64> {
+        &self.origin + &self.slow * s + &self.stiff * t
+    }
+
+    /// The floor at s, sought from `guess`; `None` where it is not reached with `most` curvatures, which
+    /// `evaluations` counts.
+    pub fn floor(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        s: &DVector<f64>,
+        guess: DVector<f64>,
+        most: u64,
+        evaluations: &mut u64,
+    ) -> Option<Floor> {
+        /// Distance in standard deviations from which one more step of the expansion is exact enough: the error of ln p is
+        /// of third order in it.
+        const NEAR: f64 = 0.3;
+        const LEAST_DAMPING: f64 = 1e-2;
+        *evaluations += 1;
+        let mut here = self.expand(likelihood, s, guess)?;
+        let (mut damping, mut left) = (0.0, most);
+        loop {
+            let newton = here.step(0.0)?;
+            if here.distance(&newton) < NEAR {
+                return here.floor(&newton);
+            }
+            left = left.checked_sub(1)?;
+            *evaluations += 1;
+            let step = if damping == 0.0 { newton } else { here.step(damping)? };
+            match self.expand(likelihood, s, &here.t + step) {
+                Some(there) if there.log_density > here.log_density => {
+                    here = there;
+                    damping = if damping > LEAST_DAMPING { 0.1 * damping } else { 0.0 };
+                }
+                _ => damping = f64::max(10.0 * damping, LEAST_DAMPING),
+            }
+        }
+    }
+
+    fn expand(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        s: &DVector<f64>,
+        t: DVector<f64>,
+    ) -> Option<Expansion> {
+        let Curvature { log_posterior, gradient, metric } =
+            likelihood.curvature(self.at(s, &t).as_slice())?;
+        let (by_slow, by_stiff) = (&metric * &self.slow, &metric * &self.stiff);
+        Some(Expansion {
+            log_density: log_posterior,
+            by_s: self.slow.tr_mul(&gradient),
+            by_t: self.stiff.tr_mul(&gradient),
+            slow: self.slow.tr_mul(&by_slow),
+            mixed: self.stiff.tr_mul(&by_slow),
+            stiff: self.stiff.tr_mul(&by_stiff),
+            t,
+        })
+    }
+}
+
+/// ln p to second order about one point.
+struct Expansion {
+    t: DVector<f64>,
+    log_density: f64,
+    by_s: DVector<f64>,
+    by_t: DVector<f64>,
+    slow: DMatrix<f64>,
+    mixed: DMatrix<f64>,
+    stiff: DMatrix<f64>,
+}
+
+impl Expansion {
+    /// The damped Newton step of t.
+    fn step(&self, damping: f64) -> Option<DVector<f64>> {
+        let mut matrix = self.stiff.clone();
+        (0..matrix.nrows()).for_each(|i| matrix[(i, i)] *= 1.0 + damping);
+        Some(matrix.cholesky()?.solve(&self.by_t)).filter(|step| step.iter().all(|v| v.is_finite()))
+    }
+
+    /// Length of a step in standard deviations.
+    fn distance(&self, step: &DVector<f64>) -> f64 {
+        (&self.stiff * step).dot(step).sqrt()
+    }
+
+    /// The floor one Newton step away.
+    fn floor(self, newton: &DVector<f64>) -> Option<Floor> {
+        let precision = self.stiff.cholesky()?;
+        let bend = -precision.solve(&self.mixed);
+        Some(Floor {
+            log_density: self.log_density + 0.5 * self.by_t.dot(newton),
+            slope: self.by_s + bend.tr_mul(&self.by_t),
+            metric: self.slow + self.mixed.tr_mul(&bend),
+            stiff: self.t + newton,
+            factor: precision.l(),
+            bend,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// b = a² ± 0.001 with N(0, 1) priors of a and b.
+    struct Parabola;
+
+    impl LatentLikelihood for Parabola {
+        fn dimension(&self) -> usize {
+            2
+        }
+
+        fn log_likelihood(&self, z: &[f64]) -> f64 {
+            -0.5 * ((z[1] - z[0] * z[0]) / 1e-3).powi(2)
+        }
+
+        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+            unreachable!("only curvatures are asked for")
+        }
+
+        fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+            let (offset, row) = ((z[1] - z[0] * z[0]) / 1e-6, DVector::from_vec(vec![-2.0 * z[0], 1.0]));
+            let z = DVector::from_column_slice(z);
+            Some(Curvature {
+                log_posterior: self.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared(),
+                gradient: &row * -offset - &z,
+                metric: &row * row.transpose() * 1e6 + DMatrix::identity(2, 2),
+            })
+        }
+    }
+
+    #[test]
+    fn the_floor_of_a_parabola_is_the_parabola() {
+        let metric = Parabola.curvature(&[0.0, 0.0]).unwrap().metric;
+        assert_eq!(Axes::wider_than(0.03, &metric), 1);
+        let axes = Axes::split(&[0.0, 0.0], &metric, 1);
+        for a in [-2.0, -0.5, 0.0, 1.0, 3.0] {
+            let s = DVector::from_vec(vec![a]);
+            let floor = axes.floor(&Parabola, &s, DVector::zeros(1), 30, &mut 0).unwrap();
+            let [x, y] = [0, 1].map(|i| axes.at(&s, &floor.stiff)[i]);
+            assert!((y - x * x).abs() < 1e-4 && (x.abs() - a.abs()).abs() < 1e-12, "{x} {y}");
+            // Along b = a²: ln p = −a²/2 − a⁴/2.
+            assert!((floor.log_density + 0.5 * (a * a + a.powi(4))).abs() < 1e-4);
+            assert!((floor.slope[0] + a + 2.0 * a.powi(3)).abs() < 1e-3 * (1.0 + a.abs().powi(3)));
+            assert!((floor.bend[(0, 0)].abs() - 2.0 * a.abs()).abs() < 1e-4 * (1.0 + a.abs()));
+            assert!((floor.factor[(0, 0)] - 1e3).abs() < 1.0);
+        }
+    }
+
+    #[test]
+    fn there_is_no_floor_where_there_is_no_likelihood() {
+        let axes = Axes::split(&[0.0, 0.0], &DMatrix::identity(2, 2), 1);
+        struct Nothing;
+        impl LatentLikelihood for Nothing {
+            fn dimension(&self) -> usize {
+                2
+            }
+            fn log_likelihood(&self, _: &[f64]) -> f64 {
+                f64::NEG_INFINITY
+            }
+            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+                f64::NEG_INFINITY
+            }
+        }
+        assert!(axes.floor(&Nothing, &DVector::zeros(1), DVector::zeros(1), 30, &mut 0).is_none());
+    }
+}

@@ -1,0 +1,435 @@
+//! A sampler for posteriors that lie in a curved valley, as those of composite lenses do.
+//!
+//! The image measures some directions T of the model to 1e-4 of their priors and says little of others, S (see
+//! [`crate::inference`]'s `floor`). No-U-Turn trajectories must then follow the bends of the valley in steps of the
+//! width across it. Here the two are taken apart:
+//!
+//! - *Along* the valley: Hamiltonian Monte Carlo over s. The density of s is Laplace's integral over t,
+//!   ln m(s) = ln p(s, t̂(s)) − ½ ln det H(s), with H the curvature over t; the floor t̂ is solved anew for each proposal.
+//!   Forces come from polynomials fitted to the floors that the warm-up has solved, so that a trajectory of any length
+//!   costs one solution at its end (Rasmussen 2003, Bayesian Statistics 7, 651). Force fields of position alone leave
+//!   leapfrog reversible and volume-preserving: acceptance by the true density at the end makes the chain exact whatever
+//!   the polynomials are; they decide only how often proposals are accepted.
+//! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
+//!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
+//!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697).
+
+mod monomials;
+mod surrogate;
+
+use nalgebra::{DMatrix, DVector};
+use rand::{Rng, RngExt};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use self::surrogate::{Known, Surrogate};
+use super::bits;
+use super::chains::{Chain, Chains};
+use super::target::{Problem, log_prior};
+use crate::error::{Error, Result, require};
+use crate::inference::floor::{Axes, Floor};
+use crate::inference::{Curvature, LatentLikelihood};
+use crate::numerics::random::{Stage, stream};
+
+/// Rounds of warm-up; the surrogate is fitted again after each.
+const ROUNDS: u64 = 8;
+/// Most directions taken as slow.
+const MOST_SLOW: usize = 12;
+/// Curvatures after which the search for a floor is given up.
+const MOST_CURVATURES: u64 = 30;
+/// Deviation of ln w above which another direction is taken as slow.
+const WIDEST_WEIGHTS: f64 = 1.0;
+
+/// Settings of the valley sampler.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ValleySettings {
+    /// Independent chains, at least 2.
+    pub chains: usize,
+    /// Proposals of a chain in each of the eight rounds of warm-up, which teach the polynomials; at least 10.
+    pub round_draws: usize,
+    /// Draws of a chain between two looks at convergence.
+    pub block_draws: usize,
+    /// Draws of a chain after which sampling stops unconverged.
+    pub max_draws: usize,
+    /// Directions measured worse than this, in units of their priors' widths, are followed; the rest is integrated over.
+    /// More are followed where the integral is poor.
+    pub slow_width: f64,
+}
+
+impl Default for ValleySettings {
+    fn default() -> Self {
+        Self { chains: 4, round_draws: 30, block_draws: 250, max_draws: 10_000, slow_width: 0.03 }
+    }
+}
+
+impl ValleySettings {
+    fn check(&self) -> Result<()> {
+        let at_least = |what: &str, value: usize, least: usize| {
+            let allowed = format!("at least {least}");
+            require(value >= least, &format!("{what} of valley"), value as f64, &allowed)
+        };
+        at_least("chains", self.chains, 2)?;
+        at_least("round_draws", self.round_draws, 10)?;
+        at_least("block_draws", self.block_draws, 1)?;
+        at_least("max_draws", self.max_draws, 4)?;
+        require(self.slow_width > 0.0, "slow_width of valley", self.slow_width, "positive")
+    }
+}
+
+/// Everything a block of draws starts from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct ValleyState {
+    settings: ValleySettings,
+    axes: Axes,
+    surrogate: Surrogate,
+    places: Vec<Place>,
+    /// Draws of t for each s.
+    tries: usize,
+    /// Floors solved, and s of the draws, while warming up.
+    known: Vec<Known>,
+    #[serde(with = "bits")]
+    visited: Vec<f64>,
+    pub evaluations: u64,
+}
+
+/// Where a chain is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Place {
+    #[serde(with = "bits::matrix")]
+    s: DVector<f64>,
+    #[serde(with = "bits::matrix")]
+    z: DVector<f64>,
+    /// ln m(s) plus ln of the mean weight, and ln L(z).
+    #[serde(with = "bits")]
+    densities: Vec<f64>,
+}
+
+/// What one chain brings back from a block.
+struct Leg {
+    place: Place,
+    chain: Chain,
+    /// s of every draw.
+    visited: Vec<f64>,
+    known: Vec<Known>,
+    /// Deviation of ln w at each floor.
+    spreads: Vec<f64>,
+    evaluations: u64,
+}
+
+impl ValleyState {
+    pub fn start(settings: ValleySettings, seed: u64, problem: &Problem) -> Result<Self> {
+        settings.check()?;
+        let (likelihood, dimension) = (problem.likelihood, problem.likelihood.dimension());
+        let start = problem.starts.first().filter(|start| start.len() == dimension);
+        let start = start.ok_or_else(|| {
+            let allowed = format!("at least 1, of {dimension} coordinates");
+            Error::out_of_range("the number of start points of valley", problem.starts.len(), &allowed)
+        })?;
+        let density = likelihood.log_likelihood(start);
+        require(density.is_finite(), "the log-likelihood at a start point", density, "finite")?;
+        let nowhere = || {
+            let what = "the curvature of the posterior at the start of valley";
+            Error::out_of_range(what, "without a maximum nearby", "positive definite around a maximum")
+        };
+        let Curvature { metric, .. } = likelihood.curvature(start).ok_or_else(nowhere)?;
+        let mut rng = stream(seed, settings.chains as u64, Stage::Sampling, 0);
+        let mut evaluations = 1;
+        let mut slow = Axes::wider_than(settings.slow_width, &metric).clamp(1, dimension.min(MOST_SLOW));
+        let (axes, floor) = loop {
+            /// Draws of t that tell how good the integral is.
+            const TRIALS: usize = 32;
+            let axes = Axes::split(start, &metric, slow);
+            let guess = DVector::zeros(axes.stiff_dimension());
+            let origin = DVector::zeros(slow);
+            let floor = axes
+                .floor(likelihood, &origin, guess, MOST_CURVATURES, &mut evaluations)
+                .ok_or_else(nowhere)?;
+            let across = Across::draw(likelihood, &axes, &origin, &floor, TRIALS, &mut rng);
+            evaluations += TRIALS as u64;
+            if across.spread < WIDEST_WEIGHTS || slow == dimension.min(MOST_SLOW) {
+                break (axes, floor);
+            }
+            slow += 1;
+        };
+        let known = first_floors(likelihood, &axes, &floor, &mut evaluations).ok_or_else(nowhere)?;
+        let (centre, factor) = (DVector::zeros(slow), widths(&floor).ok_or_else(nowhere)?);
+        let surrogate = Surrogate::fit(centre, factor, &known).ok_or_else(nowhere)?;
+        let origin = DVector::zeros(slow);
+        let tries = 8;
+        let places: Vec<Place> = (0..settings.chains)
+            .map(|_| {
+                let across = Across::draw(likelihood, &axes, &origin, &floor, tries, &mut rng);
+                Place::new(origin.clone(), &floor, across)
+            })
+            .collect();
+        if places.iter().any(|place| !place.log_density().is_finite()) {
+            return Err(nowhere());
+        }
+        evaluations += (tries * settings.chains) as u64;
+        Ok(Self { settings, axes, surrogate, places, tries, known, visited: vec![], evaluations })
+    }
+
+    /// Draws of a chain after which sampling stops.
+    pub fn max_draws(&self) -> usize {
+        self.settings.max_draws
+    }
+
+    /// One round of warm-up or one block of draws.
+    pub fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
+        let is_warm_up = block <= ROUNDS;
+        let draws = if is_warm_up { self.settings.round_draws } else { self.settings.block_draws };
+        let legs: Vec<Leg> = (0..self.places.len())
+            .into_par_iter()
+            .map(|chain| {
+                let rng = stream(seed, chain as u64, Stage::Sampling, block);
+                self.leg(likelihood, self.places[chain].clone(), draws, rng)
+            })
+            .collect();
+        self.evaluations += legs.iter().map(|leg| leg.evaluations).sum::<u64>();
+        self.places = legs.iter().map(|leg| leg.place.clone()).collect();
+        if is_warm_up {
+            self.learn(legs);
+        } else {
+            chains.chains.iter_mut().zip(legs).for_each(|(chain, leg)| chain.append(leg.chain));
+        }
+        if block == ROUNDS {
+            (self.known, self.visited) = (vec![], vec![]);
+        }
+    }
+
+    fn leg(&self, likelihood: &dyn LatentLikelihood, place: Place, draws: usize, mut rng: ChaCha8Rng) -> Leg {
+        let mut leg = Leg {
+            place,
+            chain: Chain::default(),
+            visited: vec![],
+            known: vec![],
+            spreads: vec![],
+            evaluations: 0,
+        };
+        for _ in 0..draws {
+            self.propose(likelihood, &mut leg, &mut rng);
+            let Place { s, z, .. } = &leg.place;
+            leg.chain.push(z.as_slice(), leg.place.log_likelihood());
+            leg.visited.extend(s.iter());
+        }
+        leg
+    }
+
+    /// One trajectory, accepted or not.
+    fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
+        let momentum = normal(leg.place.s.len(), rng);
+        let before = leg.place.log_density() - 0.5 * momentum.norm_squared();
+        let steps = steps(rng);
+        let Some((x, momentum)) = self.trajectory(self.surrogate.x(&leg.place.s), momentum, steps) else {
+            return;
+        };
+        let s = self.surrogate.s(&x);
+        let guess = self.surrogate.stiff(&x);
+        let floor = self.axes.floor(likelihood, &s, guess, MOST_CURVATURES, &mut leg.evaluations);
+        let Some(floor) = floor else { return };
+        let across = Across::draw(likelihood, &self.axes, &s, &floor, self.tries, rng);
+        leg.evaluations += self.tries as u64;
+        leg.spreads.push(across.spread);
+        leg.known.push(Known::new(s.clone(), &floor));
+        let place = Place::new(s, &floor, across);
+        let gain = place.log_density() - 0.5 * momentum.norm_squared() - before;
+        if rng.random::<f64>().ln() < gain {
+            leg.place = place;
+        }
+    }
+
+    /// Leapfrog in the forces of the surrogate; `None` where they lead out of the region it knows.
+    fn trajectory(
+        &self,
+        mut x: DVector<f64>,
+        mut momentum: DVector<f64>,
+        steps: usize,
+    ) -> Option<(DVector<f64>, DVector<f64>)> {
+        /// A step, and the edge of what is known, in posterior deviations.
+        const STEP: f64 = 0.1;
+        const EDGE: f64 = 8.0;
+        momentum += self.surrogate.force(&x) * (0.5 * STEP);
+        for step in 1..=steps {
+            x += &momentum * STEP;
+            if x.iter().any(|x| x.is_nan() || x.abs() > EDGE) {
+                return None;
+            }
+            momentum += self.surrogate.force(&x) * if step < steps { STEP } else { 0.5 * STEP };
+        }
+        Some((x, momentum))
+    }
+
+    /// Fits the surrogate to what the round has found.
+    fn learn(&mut self, legs: Vec<Leg>) {
+        let slow = self.axes.slow_dimension();
+        let mut spreads: Vec<f64> = legs.iter().flat_map(|leg| leg.spreads.iter().copied()).collect();
+        if let Some(spread) = median(&mut spreads) {
+            self.tries = tries_for(spread);
+        }
+        for leg in legs {
+            self.known.extend(leg.known);
+            self.visited.extend(leg.visited);
+        }
+        // The later half of the draws tells the shape, once they are many.
+        let draws = self.visited.len() / slow;
+        let later = &self.visited[draws / 2 * slow..];
+        let scale = (draws - draws / 2 >= 10 * slow).then(|| shape(later, slow)).flatten();
+        let (centre, factor) = scale.unwrap_or_else(|| {
+            let (centre, factor) = self.surrogate.scale();
+            (centre.clone(), factor.clone())
+        });
+        if let Some(surrogate) = Surrogate::fit(centre, factor, &self.known) {
+            self.surrogate = surrogate;
+        }
+    }
+}
+
+impl Place {
+    fn new(s: DVector<f64>, floor: &Floor, across: Across) -> Self {
+        let log_likelihood = across.log_likelihood;
+        Self { s, z: across.z, densities: vec![floor.log_marginal() + across.log_weight, log_likelihood] }
+    }
+
+    fn log_density(&self) -> f64 {
+        self.densities[0]
+    }
+
+    fn log_likelihood(&self) -> f64 {
+        self.densities[1]
+    }
+}
+
+/// Several t at one s.
+struct Across {
+    /// One z, drawn by weight, and its ln L.
+    z: DVector<f64>,
+    log_likelihood: f64,
+    /// ln of the mean weight.
+    log_weight: f64,
+    /// Deviation of ln w.
+    spread: f64,
+}
+
+impl Across {
+    fn draw(
+        likelihood: &dyn LatentLikelihood,
+        axes: &Axes,
+        s: &DVector<f64>,
+        floor: &Floor,
+        tries: usize,
+        rng: &mut impl Rng,
+    ) -> Self {
+        let mut drawn: Vec<(f64, DVector<f64>, f64)> = (0..tries)
+            .map(|_| {
+                let unit = normal(floor.stiff.len(), rng);
+                let mut t = unit.clone();
+                // The factor of a positive-definite matrix has no zero on its diagonal.
+                floor.factor.tr_solve_lower_triangular_mut(&mut t);
+                let z = axes.at(s, &(t + &floor.stiff));
+                let log_likelihood = likelihood.log_likelihood(z.as_slice());
+                let log_density = log_likelihood + log_prior(z.as_slice());
+                (log_density - floor.log_density + 0.5 * unit.norm_squared(), z, log_likelihood)
+            })
+            .collect();
+        let top = drawn.iter().map(|d| d.0).fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<f64> = drawn.iter().map(|d| (d.0 - top).exp()).collect();
+        let sum: f64 = weights.iter().sum();
+        let mut rest = rng.random::<f64>() * sum;
+        let chosen = weights.iter().position(|weight| {
+            rest -= weight;
+            rest < 0.0
+        });
+        let count = tries as f64;
+        let mean = drawn.iter().map(|d| d.0).sum::<f64>() / count;
+        let variance = drawn.iter().map(|d| (d.0 - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        let log_weight = if top.is_finite() { top + (sum / count).ln() } else { f64::NEG_INFINITY };
+        let (_, z, log_likelihood) = drawn.swap_remove(chosen.unwrap_or(0));
+        Self { z, log_likelihood, log_weight, spread: variance.sqrt() }
+    }
+}
+
+/// F with F Fᵀ the covariance of s as the curvature along the floor has it.
+fn widths(floor: &Floor) -> Option<DMatrix<f64>> {
+    Some(floor.metric.clone().cholesky()?.inverse().cholesky()?.l())
+}
+
+/// The floor at the origin, and a deviation away to both sides along each column of F.
+fn first_floors(
+    likelihood: &dyn LatentLikelihood,
+    axes: &Axes,
+    origin: &Floor,
+    evaluations: &mut u64,
+) -> Option<Vec<Known>> {
+    let factor = widths(origin)?;
+    let mut known = vec![Known::new(DVector::zeros(factor.ncols()), origin)];
+    for column in factor.column_iter() {
+        for side in [-1.0, 1.0] {
+            let s = column * side;
+            let guess = &origin.stiff + &origin.bend * &s;
+            let floor = axes.floor(likelihood, &s, guess, MOST_CURVATURES, evaluations);
+            known.extend(floor.map(|floor| Known::new(s, &floor)));
+        }
+    }
+    Some(known)
+}
+
+/// Steps of a trajectory: mostly longer than a quarter of a period, so that draws depend little on one another; some short,
+/// which leave places where the surrogate is poor.
+fn steps(rng: &mut impl Rng) -> usize {
+    const SHORT: f64 = 0.25;
+    if rng.random::<f64>() < SHORT { rng.random_range(1..=4) } else { rng.random_range(8..=40) }
+}
+
+/// Draws of t that keep the variance of the mean weight near 5%: that of one is exp(spread²) − 1.
+fn tries_for(spread: f64) -> usize {
+    const VARIANCE: f64 = 0.05;
+    const FEWEST: f64 = 2.0;
+    const MOST: f64 = 32.0;
+    ((spread * spread).exp_m1() / VARIANCE).ceil().clamp(FEWEST, MOST) as usize
+}
+
+/// Mean, and lower factor of the covariance, of points given row by row.
+fn shape(points: &[f64], dimension: usize) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let columns = DMatrix::from_column_slice(dimension, points.len() / dimension, points);
+    let mean = columns.column_mean();
+    let mut covariance = DMatrix::zeros(dimension, dimension);
+    for column in columns.column_iter() {
+        let offset = column - &mean;
+        covariance.ger(1.0 / columns.ncols() as f64, &offset, &offset, 1.0);
+    }
+    Some((mean, covariance.cholesky()?.l()))
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+fn normal(count: usize, rng: &mut impl Rng) -> DVector<f64> {
+    DVector::from_fn(count, |_, _| StandardNormal.sample(rng))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_tries_where_weights_spread() {
+        assert_eq!([0.0, 0.3, 0.6, 1.0, 3.0].map(tries_for), [2, 2, 9, 32, 32]);
+    }
+
+    #[test]
+    fn the_shape_of_points_is_their_covariance() {
+        let (mean, factor) = shape(&[1.0, 0.0, -1.0, 0.0, 0.0, 2.0, 0.0, -2.0], 2).unwrap();
+        assert!(mean.amax() < 1e-15);
+        assert!(
+            (factor[(0, 0)] - 0.5_f64.sqrt()).abs() < 1e-15
+                && (factor[(1, 1)] - 2.0_f64.sqrt()).abs() < 1e-15
+        );
+        assert!(shape(&[1.0, 1.0, 2.0, 2.0, 3.0, 3.0], 2).is_none());
+    }
+}
