@@ -145,14 +145,15 @@ impl ValleyState {
             let axes = Axes::split(start, &metric, slow);
             let guess = DVector::zeros(axes.stiff_dimension());
             let origin = DVector::zeros(slow);
-            let floor = axes
-                .floor(likelihood, &origin, guess, MOST_CURVATURES, &mut evaluations)
-                .ok_or_else(nowhere)?;
-            let across = Across::draw(likelihood, &axes, &origin, &floor, TRIALS, &mut rng);
-            evaluations += TRIALS as u64;
-            if across.spread < WIDEST_WEIGHTS || slow == dimension.min(MOST_SLOW) {
-                break (axes, floor);
+            let floor = axes.floor(likelihood, &origin, guess, MOST_CURVATURES, &mut evaluations);
+            if let Some(floor) = floor {
+                let across = Across::draw(likelihood, &axes, &origin, &floor, TRIALS, &mut rng);
+                evaluations += TRIALS as u64;
+                if across.spread < WIDEST_WEIGHTS || slow >= dimension.min(MOST_SLOW) {
+                    break (axes, floor);
+                }
             }
+            // With every direction slow the floor is the start itself.
             slow += 1;
         };
         let known = first_floors(likelihood, &axes, &floor, &mut evaluations).ok_or_else(nowhere)?;
