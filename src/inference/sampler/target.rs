@@ -15,7 +15,8 @@ use crate::inference::LatentLikelihood;
 pub struct Problem<'a> {
     /// The likelihood over latent coordinates.
     pub likelihood: &'a dyn LatentLikelihood,
-    /// Points in z with a finite likelihood; chains start around them in turn. Nested sampling needs none.
+    /// Points in z with a finite likelihood; chains start around them in turn, those of the valley sampler at the first.
+    /// Nested sampling needs none.
     pub starts: &'a [Vec<f64>],
     /// Symmetric positive-definite curvature −∂²ln p/∂z² around the mode (Fisher matrix + 1), where known.
     pub metric: Option<&'a DMatrix<f64>>,

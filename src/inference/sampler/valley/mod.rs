@@ -14,21 +14,22 @@
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697).
 
+mod across;
 mod monomials;
 mod surrogate;
 
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use self::across::{Across, normal, tries_for};
 use self::surrogate::{Known, Surrogate};
 use super::bits;
 use super::chains::{Chain, Chains};
-use super::target::{Problem, log_prior};
+use super::target::Problem;
 use crate::error::{Error, Result, require};
 use crate::inference::floor::{Axes, Floor};
 use crate::inference::{Curvature, LatentLikelihood};
@@ -304,55 +305,6 @@ impl Place {
     }
 }
 
-/// Several t at one s.
-struct Across {
-    /// One z, drawn by weight, and its ln L.
-    z: DVector<f64>,
-    log_likelihood: f64,
-    /// ln of the mean weight.
-    log_weight: f64,
-    /// Deviation of ln w.
-    spread: f64,
-}
-
-impl Across {
-    fn draw(
-        likelihood: &dyn LatentLikelihood,
-        axes: &Axes,
-        s: &DVector<f64>,
-        floor: &Floor,
-        tries: usize,
-        rng: &mut impl Rng,
-    ) -> Self {
-        let mut drawn: Vec<(f64, DVector<f64>, f64)> = (0..tries)
-            .map(|_| {
-                let unit = normal(floor.stiff.len(), rng);
-                let mut t = unit.clone();
-                // The factor of a positive-definite matrix has no zero on its diagonal.
-                floor.factor.tr_solve_lower_triangular_mut(&mut t);
-                let z = axes.at(s, &(t + &floor.stiff));
-                let log_likelihood = likelihood.log_likelihood(z.as_slice());
-                let log_density = log_likelihood + log_prior(z.as_slice());
-                (log_density - floor.log_density + 0.5 * unit.norm_squared(), z, log_likelihood)
-            })
-            .collect();
-        let top = drawn.iter().map(|d| d.0).fold(f64::NEG_INFINITY, f64::max);
-        let weights: Vec<f64> = drawn.iter().map(|d| (d.0 - top).exp()).collect();
-        let sum: f64 = weights.iter().sum();
-        let mut rest = rng.random::<f64>() * sum;
-        let chosen = weights.iter().position(|weight| {
-            rest -= weight;
-            rest < 0.0
-        });
-        let count = tries as f64;
-        let mean = drawn.iter().map(|d| d.0).sum::<f64>() / count;
-        let variance = drawn.iter().map(|d| (d.0 - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        let log_weight = if top.is_finite() { top + (sum / count).ln() } else { f64::NEG_INFINITY };
-        let (_, z, log_likelihood) = drawn.swap_remove(chosen.unwrap_or(0));
-        Self { z, log_likelihood, log_weight, spread: variance.sqrt() }
-    }
-}
-
 /// F with F Fᵀ the covariance of s as the curvature along the floor has it.
 fn widths(floor: &Floor) -> Option<DMatrix<f64>> {
     Some(floor.metric.clone().cholesky()?.inverse().cholesky()?.l())
@@ -385,14 +337,6 @@ fn steps(rng: &mut impl Rng) -> usize {
     if rng.random::<f64>() < SHORT { rng.random_range(1..=4) } else { rng.random_range(8..=40) }
 }
 
-/// Draws of t that keep the variance of the mean weight near 5%: that of one is exp(spread²) − 1.
-fn tries_for(spread: f64) -> usize {
-    const VARIANCE: f64 = 0.05;
-    const FEWEST: f64 = 2.0;
-    const MOST: f64 = 32.0;
-    ((spread * spread).exp_m1() / VARIANCE).ceil().clamp(FEWEST, MOST) as usize
-}
-
 /// Mean, and lower factor of the covariance, of points given row by row.
 fn shape(points: &[f64], dimension: usize) -> Option<(DVector<f64>, DMatrix<f64>)> {
     let columns = DMatrix::from_column_slice(dimension, points.len() / dimension, points);
@@ -410,18 +354,9 @@ fn median(values: &mut [f64]) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-fn normal(count: usize, rng: &mut impl Rng) -> DVector<f64> {
-    DVector::from_fn(count, |_, _| StandardNormal.sample(rng))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn more_tries_where_weights_spread() {
-        assert_eq!([0.0, 0.3, 0.6, 1.0, 3.0].map(tries_for), [2, 2, 9, 32, 32]);
-    }
 
     #[test]
     fn the_shape_of_points_is_their_covariance() {
