@@ -16,6 +16,10 @@ run:
 test:
     cargo test --release
 
+# the property tests with other numbers, and ten times as many
+properties SEED:
+    PROPTEST_RNG_SEED={{SEED}} PROPTEST_CASES=2560 cargo test --release --test 'properties_*'
+
 # everything the continuous check does
 check:
     bash .ci/run
@@ -63,6 +67,16 @@ bench-lens: oracle-setup
 # are posteriors right? 200 systems drawn from a prior and fitted under it (docs/CALIBRATION.md)
 calibration:
     cargo run --release -- study calibration -n 200 -o calibration
+
+# section 3: 64 images fitted with four models (docs/CATALOGUE.md)
+catalogue:
+    cargo run --release -- mock -n 64 --seed 1 -o catalogue
+    cargo run --release -- study catalogue catalogue
+
+# the posteriors of eight images beside chains that start at the truth, as the authors' did (docs/CATALOGUE.md)
+chains:
+    cargo run --release -- mock -n 64 --seed 1 -o catalogue
+    cargo run --release --example chains_from_the_truth -- catalogue 8
 
 # a lenstronomy image fitted by haloray and by emcee on lenstronomy's likelihood; writes docs/FIT.md
 bench-fit: oracle-setup

@@ -59,10 +59,19 @@ impl Psf {
 
     /// Convolves a square image of `n`² pixels.
     pub fn convolve(&self, image: &[f64], n: usize) -> Vec<f64> {
+        let mut out = vec![0.0; image.len()];
+        self.convolve_into(image, n, &mut out);
+        out
+    }
+
+    /// [`Self::convolve`], written over `out`.
+    pub(crate) fn convolve_into(&self, image: &[f64], n: usize, out: &mut [f64]) {
         match self {
-            Self::None => image.to_vec(),
-            Self::Gaussian(weights) => convolve_columns(&convolve_rows(image, n, weights), n, weights),
-            Self::Kernel { width, weights } => convolve_kernel(image, n, *width, weights),
+            Self::None => out.copy_from_slice(image),
+            Self::Gaussian(weights) => convolve_columns(&convolve_rows(image, n, weights), n, weights, out),
+            Self::Kernel { width, weights } => {
+                out.copy_from_slice(&convolve_kernel(image, n, *width, weights));
+            }
         }
     }
 
@@ -98,15 +107,14 @@ fn convolve_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
 
 /// The same along y.
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn convolve_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
-    let mut out = vec![0.0; n * n];
+fn convolve_columns(image: &[f64], n: usize, weights: &[f64], out: &mut [f64]) {
     for (y, out) in out.chunks_exact_mut(n).enumerate() {
+        out.fill(0.0);
         for (k, w) in weights.iter().enumerate() {
             let from = edge_row(y, k, n, weights);
             add_scaled(out, &image[from * n..(from + 1) * n], *w);
         }
     }
-    out
 }
 
 /// The transpose of [`convolve_rows`].

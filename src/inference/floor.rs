@@ -95,7 +95,7 @@ impl Axes {
     ) -> Option<Floor> {
         /// Distance in standard deviations from which one more step of the expansion is exact enough: the error of ln p is
         /// of third order in it.
-        const NEAR: f64 = 0.3;
+        const NEAR: f64 = 0.5;
         const LEAST_DAMPING: f64 = 1e-2;
         *evaluations += 1;
         let mut here = self.expand(likelihood, s, guess)?;

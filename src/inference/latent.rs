@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct Curvature {
     /// ln L − ½|z|².
     pub log_posterior: f64,
-    /// Its gradient.
+    /// Its gradient; what hardly depends on the parameters may be left out.
     pub gradient: DVector<f64>,
     /// Fisher matrix of the latent coordinates, amplitudes marginalised, plus the unit matrix of the prior.
     pub metric: DMatrix<f64>,

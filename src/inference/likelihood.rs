@@ -29,13 +29,25 @@ pub enum LikelihoodKind {
     Lenstronomy,
 }
 
+/// What to differentiate a likelihood by.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum By {
+    /// Nothing.
+    Nothing,
+    /// The model image m, amplitudes following: all but the change of ½ ln det F and of the residual's share in â,
+    /// which hardly depend on the parameters.
+    Model,
+    /// The image B of every light, exactly.
+    Light,
+}
+
 /// The likelihood of one model image and what it takes to differentiate it.
 pub(crate) struct ImageFit {
     /// Amplitudes of the lights.
     pub amplitudes: Vec<f64>,
     /// ln L.
     pub log_likelihood: f64,
-    /// ∂lnL/∂Bⱼ per pixel and light, if asked for.
+    /// ∂lnL/∂m of every pixel, or ∂lnL/∂Bⱼ of every pixel and light.
     pub adjoint: Vec<Vec<f64>>,
 }
 
@@ -46,11 +58,11 @@ impl LikelihoodKind {
         observation: &Observation,
         lights: &[Vec<f64>],
         priors: &[[f64; 2]],
-        with_adjoint: bool,
+        by: By,
     ) -> Option<ImageFit> {
         match self {
-            Self::Gaussian => marginalised(observation, lights, priors, with_adjoint),
-            Self::Lenstronomy => solved(observation, lights, with_adjoint),
+            Self::Gaussian => marginalised(observation, lights, priors, by),
+            Self::Lenstronomy => solved(observation, lights, by),
         }
     }
 }
@@ -116,7 +128,7 @@ fn marginalised(
     observation: &Observation,
     lights: &[Vec<f64>],
     priors: &[[f64; 2]],
-    with_adjoint: bool,
+    by: By,
 ) -> Option<ImageFit> {
     let precision = DVector::from_iterator(priors.len(), priors.iter().map(|[_, sd]| 1.0 / (sd * sd)));
     let mean = DVector::from_iterator(priors.len(), priors.iter().map(|[mean, _]| *mean));
@@ -132,7 +144,11 @@ fn marginalised(
     let constant = -0.5 * std::f64::consts::TAU.ln() * observation.pixels_in_use() as f64;
     let log_likelihood = constant + maximum - 0.5 * (ln_det - precision.iter().map(|p| p.ln()).sum::<f64>());
     let mut adjoint = Vec::new();
-    if with_adjoint {
+    if by == By::Model {
+        let [first, _] = expansions(observation, &combine(lights, a.as_slice()));
+        adjoint.push(first);
+    }
+    if by == By::Light {
         // T = −½ ln det F depends on B directly and through â, where −H dâ + d(Bᵀℓ′) = 0.
         let model = combine(lights, a.as_slice());
         let [f, df] = informations(observation, &model);
@@ -229,7 +245,7 @@ fn least_squares(
     Some(matrix.cholesky()?.solve(&right)).filter(|a| a.iter().all(|a| a.is_finite()))
 }
 
-fn solved(observation: &Observation, lights: &[Vec<f64>], with_adjoint: bool) -> Option<ImageFit> {
+fn solved(observation: &Observation, lights: &[Vec<f64>], by: By) -> Option<ImageFit> {
     let normal = Sums::of(observation, lights, &[], Weights::Data);
     let factor = normal.quadratic.cholesky()?;
     let a = factor.solve(&normal.linear);
@@ -237,21 +253,27 @@ fn solved(observation: &Observation, lights: &[Vec<f64>], with_adjoint: bool) ->
         return None;
     }
     let chi2 = Sums::of(observation, lights, a.as_slice(), Weights::ChiSquared);
-    let mut adjoint = Vec::new();
-    if with_adjoint {
-        let y = factor.solve(&chi2.linear);
-        adjoint = vec![vec![0.0; observation.data_e_s.len()]; lights.len()];
-        adjoin_pixels(observation, lights, (a.as_slice(), y.as_slice()), &mut adjoint);
+    let y = factor.solve(&chi2.linear);
+    let shares: Vec<[f64; 2]> = match by {
+        By::Nothing => vec![],
+        By::Model => vec![[1.0, 0.0]],
+        By::Light => a.iter().zip(&y).map(|(a, y)| [*a, *y]).collect(),
+    };
+    let mut adjoint = vec![vec![0.0; observation.data_e_s.len()]; shares.len()];
+    if by != By::Nothing {
+        adjoin_pixels(observation, lights, (a.as_slice(), y.as_slice()), &shares, &mut adjoint);
     }
     Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood: chi2.value, adjoint })
 }
 
-/// ∂lnL/∂B of [`solved`], from the amplitudes and y = (Σ BBᵀ/v)⁻¹ ∂lnL/∂a.
+/// ∂lnL/∂B of [`solved`], from the amplitudes and y = (Σ BBᵀ/v)⁻¹ ∂lnL/∂a: for every one of the `shares` [a, y] that the
+/// model and the residual have in an image.
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn adjoin_pixels(
     observation: &Observation,
     lights: &[Vec<f64>],
     (a, y): (&[f64], &[f64]),
+    shares: &[[f64; 2]],
     adjoint: &mut [Vec<f64>],
 ) {
     let noise = Noise::of(observation);
@@ -266,7 +288,7 @@ fn adjoin_pixels(
         }
         let [_, first, weight] = noise.chi_squared(data, model).map(|v| v.unless_below(used, 1.0, 0.0));
         let residual = weight * (data - model);
-        for (out, (a, y)) in adjoint.iter_mut().zip(a.iter().zip(y)) {
+        for (out, [a, y]) in adjoint.iter_mut().zip(shares) {
             (first * *a + residual * *y - weight * pulled * *a).store(out, start);
         }
     }

@@ -25,13 +25,19 @@ pub struct Start {
     pub evaluations: u64,
 }
 
-/// Einstein radii tried, and random shapes for each.
-const RADII: usize = 10;
+/// Einstein radii tried in a round of guesses, and random shapes for each.
+const RADII: u64 = 10;
 const SHAPES: u64 = 5;
-/// Iterations of a rough search, and of the final one of the best few.
+/// Rough guesses of a round that are followed with everything free, and the best of those, which are followed to the end.
+const FREED: usize = 25;
+const FINALISTS: usize = 5;
+/// Iterations of each stage of a rough search, and of the final one.
 const ROUGH_ITERATIONS: usize = 12;
 const FINAL_ITERATIONS: usize = 40;
-const FINALISTS: usize = 5;
+/// Rounds of guesses after which the best is taken although it was found only once.
+const MOST_ROUNDS: u64 = 6;
+/// Maxima whose ln p differ by less are the same.
+const SAME: f64 = 1.0;
 /// Spread of the guesses for what the image says nothing about beforehand, in latent standard deviations.
 const GUESS_SPREAD: f64 = 0.25;
 
@@ -39,28 +45,49 @@ const GUESS_SPREAD: f64 = 0.25;
 ///
 /// Sizes are guessed from the image: Einstein radii from 3 pixels to its edge in logarithmic steps, source radii as a
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
-/// guessed around its prior median.
+/// guessed around its prior median. Rounds of guesses go on until the highest maximum has been reached from two of them.
 ///
 /// # Errors
 /// When the model cannot be evaluated at any guess: priors that exclude everything.
 pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
-    let guesses: Vec<Vec<f64>> = (0..RADII as u64 * SHAPES).map(|i| guess(likelihood, seed, i)).collect();
-    let mut rough: Vec<(Start, usize)> = guesses
+    let mut finals: Vec<Start> = Vec::new();
+    let mut evaluations = 0;
+    for round in 0..MOST_ROUNDS {
+        finals.extend(search_round(likelihood, seed, round, &mut evaluations));
+        finals.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+        if finals.get(1).is_some_and(|second| finals[0].log_posterior - second.log_posterior < SAME) {
+            break;
+        }
+    }
+    let best = finals.into_iter().next().ok_or_else(|| no_model(likelihood))?;
+    Ok(Start { evaluations, ..best })
+}
+
+/// The finalists of one round of guesses.
+fn search_round(likelihood: &ImageLikelihood, seed: u64, round: u64, evaluations: &mut u64) -> Vec<Start> {
+    let numbers: Vec<u64> = (round * RADII * SHAPES..(round + 1) * RADII * SHAPES).collect();
+    let mut best = |climbs: Vec<Start>, most: usize| -> Vec<Start> {
+        *evaluations += climbs.iter().map(|start| start.evaluations).sum::<u64>();
+        let mut climbs = climbs;
+        climbs.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+        climbs.truncate(most);
+        climbs
+    };
+    // First with the line of sight empty and the sources smooth, whose cusps would hold on to the first pixels they meet.
+    let held = held_at_first(likelihood);
+    let smooth = numbers
         .into_par_iter()
-        .enumerate()
-        .filter_map(|(i, latent)| Some((rough_climb(likelihood, latent)?, i)))
+        .filter_map(|i| climb(likelihood, guess(likelihood, seed, i), &held, ROUGH_ITERATIONS))
         .collect();
-    rough.sort_by(|a, b| b.0.log_posterior.total_cmp(&a.0.log_posterior).then(a.1.cmp(&b.1)));
-    let evaluations: u64 = rough.iter().map(|(start, _)| start.evaluations).sum();
-    let finals: Vec<Start> = rough
+    let free = best(smooth, FREED)
         .into_par_iter()
-        .take(FINALISTS)
-        .filter_map(|(start, _)| climb_from(likelihood, start.latent).ok())
+        .filter_map(|start| climb(likelihood, start.latent, &[], ROUGH_ITERATIONS))
         .collect();
-    let all = evaluations + finals.iter().map(|start| start.evaluations).sum::<u64>();
-    let best = finals.into_iter().reduce(|a, b| if b.log_posterior > a.log_posterior { b } else { a });
-    let best = best.ok_or_else(|| no_model(likelihood))?;
-    Ok(Start { evaluations: all, ..best })
+    let finals = best(free, FINALISTS)
+        .into_par_iter()
+        .filter_map(|start| climb_from(likelihood, start.latent).ok())
+        .collect();
+    best(finals, FINALISTS)
 }
 
 /// Climbs again from a known place, as after a change of the mesh.
@@ -84,7 +111,7 @@ fn no_model(likelihood: &ImageLikelihood) -> Error {
 fn guess(likelihood: &ImageLikelihood, seed: u64, number: u64) -> Vec<f64> {
     let observation = &likelihood.observation;
     let (pixel, edge) = (observation.grid.pixel_scale_arcsec(), 0.9 * observation.grid.half_width_arcsec());
-    let step = (number / SHAPES) as f64 / (RADII - 1) as f64;
+    let step = (number / SHAPES % RADII) as f64 / (RADII - 1) as f64;
     let einstein_radius = 3.0 * pixel * (edge / (3.0 * pixel)).max(1.0).powf(step);
     let mut rng = stream(seed, number, Stage::Start, 0);
     let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -161,7 +188,7 @@ fn climb(
     /// A latent coordinate moves by no more than this at once.
     const LONGEST: f64 = 1.0;
     /// Gain of ln p below which the climb ends, and the damping above which no step helps.
-    const SMALLEST_GAIN: f64 = 1e-6;
+    const SMALLEST_GAIN: f64 = 1e-4;
     const MOST_DAMPING: f64 = 1e8;
     let mut here = likelihood.curvature(&latent)?;
     let (mut damping, mut evaluations) = (1e-2, 1);
@@ -170,8 +197,12 @@ fn climb(
         let scale = (LONGEST / step.amax()).min(1.0);
         let moved: Vec<f64> = latent.iter().zip(step.iter()).map(|(z, s)| z + scale * s).collect();
         evaluations += 1;
-        match likelihood.curvature(&moved) {
-            Some(there) if there.log_posterior > here.log_posterior => {
+        // The value alone, which refuses a step at a tenth of the cost.
+        let log_posterior =
+            likelihood.log_likelihood(&moved) - 0.5 * moved.iter().map(|z| z * z).sum::<f64>();
+        let is_higher = log_posterior > here.log_posterior;
+        match is_higher.then(|| likelihood.curvature(&moved)).flatten() {
+            Some(there) => {
                 let gain = there.log_posterior - here.log_posterior;
                 (latent, here) = (moved, there);
                 if gain < SMALLEST_GAIN && damping < 1.0 {
@@ -241,14 +272,6 @@ fn valley_step(
         *damping = f64::max(8.0 * *damping, 0.1);
     }
     Some(axes.at(&origin, &here.stiff).as_slice().to_vec())
-}
-
-/// A rough search: first with the line of sight empty and the sources smooth, whose cusps would hold on to the first
-/// pixels they meet, then with everything free.
-fn rough_climb(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Option<Start> {
-    let smooth = climb(likelihood, latent, &held_at_first(likelihood), ROUGH_ITERATIONS)?;
-    let free = climb(likelihood, smooth.latent, &[], ROUGH_ITERATIONS)?;
-    Some(Start { evaluations: free.evaluations + smooth.evaluations, ..free })
 }
 
 /// Whether a parameter belongs to the line of sight or is the Sérsic index of a source.

@@ -7,7 +7,7 @@ use super::view::View;
 use crate::error::Result;
 use crate::imaging::Psf;
 use crate::inference::model::{CompiledModel, LightDescription, ModelDescription, ParameterRule};
-use crate::inference::sampler::SamplerSettings;
+use crate::inference::sampler::{SamplerSettings, ValleySettings};
 use crate::inference::{Fit, FitSettings, FitStage, Observation, Prior};
 
 /// One image of a run fitted with one model.
@@ -48,7 +48,7 @@ pub fn fit_views(
             let settings = FitSettings {
                 likelihood: description.likelihood,
                 pixel_sampling: run.config.image.pixel_sampling,
-                sampler: SamplerSettings::default(),
+                sampler: SamplerSettings::Valley(ValleySettings::default()),
                 seed: run.config.seed,
             };
             let model = CompiledModel::new(&description)?;

@@ -25,7 +25,7 @@ pub struct AdvantageArgs {
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
     /// How to sample.
-    #[arg(long, value_enum, default_value_t = SamplerArg::Nuts)]
+    #[arg(long, value_enum, default_value_t = SamplerArg::Valley)]
     sampler: SamplerArg,
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR")]

@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long)]
     list: bool,
     /// How to sample.
-    #[arg(long, value_enum, default_value_t = SamplerArg::Nuts)]
+    #[arg(long, value_enum, default_value_t = SamplerArg::Valley)]
     sampler: SamplerArg,
     /// Likelihood, instead of the model's.
     #[arg(long, value_enum)]
@@ -68,10 +68,10 @@ pub struct Args {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub enum SamplerArg {
-    /// No-U-Turn sampler: uses gradients; the fastest.
-    Nuts,
-    /// Follows the curved valleys of composite lenses; for what the No-U-Turn sampler cannot pass.
+    /// Hamiltonian Monte Carlo along the floor of the posterior's valley, the rest integrated over; the fastest.
     Valley,
+    /// No-U-Turn sampler, its metric shaped by the Fisher matrix.
+    Nuts,
     /// Ensemble slice sampling, as zeus.
     EnsembleSlice,
     /// Affine-invariant stretch move, as emcee.

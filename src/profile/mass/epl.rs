@@ -43,7 +43,7 @@ impl Epl {
             einstein_radius_arcsec,
             "zero or positive",
         )?;
-        require(slope > 1.0 && slope < 3.0, "slope", slope, "above 1 and below 3")?;
+        require(slope > 1.0 && slope < 3.0, "the slope gamma", slope, "above 1 and below 3")?;
         let e = ellipticity[0].hypot(ellipticity[1]);
         require(e < 1.0, "|e| of the lens", e, "below 1")?;
         require(true, "centre_x_arcsec", centre_arcsec[0], "finite")?;

@@ -12,7 +12,8 @@
 //!   the polynomials are; they decide only how often proposals are accepted.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
-//!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697).
+//!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
+//!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795).
 
 mod across;
 mod monomials;
@@ -63,7 +64,7 @@ pub struct ValleySettings {
 
 impl Default for ValleySettings {
     fn default() -> Self {
-        Self { chains: 4, round_draws: 30, block_draws: 250, max_draws: 10_000, slow_width: 0.03 }
+        Self { chains: 4, round_draws: 30, block_draws: 100, max_draws: 4_000, slow_width: 0.03 }
     }
 }
 
@@ -104,7 +105,7 @@ struct Place {
     s: DVector<f64>,
     #[serde(with = "bits::matrix")]
     z: DVector<f64>,
-    /// ln m(s) plus ln of the mean weight, and ln L(z).
+    /// ln m(s), ln of the mean weight, and ln L(z).
     #[serde(with = "bits")]
     densities: Vec<f64>,
 }
@@ -168,7 +169,7 @@ impl ValleyState {
                 Place::new(origin.clone(), &floor, across)
             })
             .collect();
-        if places.iter().any(|place| !place.log_density().is_finite()) {
+        if places.iter().any(|place| !place.log_weight().is_finite()) {
             return Err(nowhere());
         }
         evaluations += (tries * settings.chains) as u64;
@@ -224,7 +225,7 @@ impl ValleyState {
     /// One trajectory, accepted or not.
     fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
         let momentum = normal(leg.place.s.len(), rng);
-        let before = leg.place.log_density() - 0.5 * momentum.norm_squared();
+        let before = leg.place.log_marginal() - 0.5 * momentum.norm_squared();
         let steps = steps(rng);
         let Some((x, momentum)) = self.trajectory(self.surrogate.x(&leg.place.s), momentum, steps) else {
             return;
@@ -233,13 +234,16 @@ impl ValleyState {
         let guess = self.surrogate.stiff(&x);
         let floor = self.axes.floor(likelihood, &s, guess, MOST_CURVATURES, &mut leg.evaluations);
         let Some(floor) = floor else { return };
+        leg.known.push(Known::new(s.clone(), &floor));
+        let gain = floor.log_marginal() - 0.5 * momentum.norm_squared() - before;
+        if rng.random::<f64>().ln() >= gain {
+            return;
+        }
         let across = Across::draw(likelihood, &self.axes, &s, &floor, self.tries, rng);
         leg.evaluations += self.tries as u64;
         leg.spreads.push(across.spread);
-        leg.known.push(Known::new(s.clone(), &floor));
         let place = Place::new(s, &floor, across);
-        let gain = place.log_density() - 0.5 * momentum.norm_squared() - before;
-        if rng.random::<f64>().ln() < gain {
+        if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
             leg.place = place;
         }
     }
@@ -293,15 +297,19 @@ impl ValleyState {
 impl Place {
     fn new(s: DVector<f64>, floor: &Floor, across: Across) -> Self {
         let log_likelihood = across.log_likelihood;
-        Self { s, z: across.z, densities: vec![floor.log_marginal() + across.log_weight, log_likelihood] }
+        Self { s, z: across.z, densities: vec![floor.log_marginal(), across.log_weight, log_likelihood] }
     }
 
-    fn log_density(&self) -> f64 {
+    fn log_marginal(&self) -> f64 {
         self.densities[0]
     }
 
-    fn log_likelihood(&self) -> f64 {
+    fn log_weight(&self) -> f64 {
         self.densities[1]
+    }
+
+    fn log_likelihood(&self) -> f64 {
+        self.densities[2]
     }
 }
 
@@ -333,7 +341,7 @@ fn first_floors(
 /// Steps of a trajectory: mostly longer than a quarter of a period, so that draws depend little on one another; some short,
 /// which leave places where the surrogate is poor.
 fn steps(rng: &mut impl Rng) -> usize {
-    const SHORT: f64 = 0.25;
+    const SHORT: f64 = 0.15;
     if rng.random::<f64>() < SHORT { rng.random_range(1..=4) } else { rng.random_range(8..=40) }
 }
 

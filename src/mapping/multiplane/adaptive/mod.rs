@@ -27,7 +27,7 @@ use rand::RngExt;
 use super::segment::Segment;
 use crate::mapping::{Mapping, Order, RayBundle};
 use crate::numerics::random::{Stage, stream};
-use tree::{FEW_IN_VACUUM, Traced, Tree};
+use tree::{FEW_IN_VACUUM, Part, Traced, Tree};
 
 /// A segment traced to a stated accuracy instead of exactly.
 ///
@@ -94,25 +94,27 @@ impl AdaptiveSegment<'_> {
     /// Every ray from the tree or, where that refused it, from the exact recursion.
     fn complete(&self, theta: &[[f64; 2]], order: Order, traced: Traced) -> RayBundle {
         let again: Vec<[f64; 2]> = traced.refused.iter().map(|&i| theta[i as usize]).collect();
-        let exact = self.exact.map(&again, order);
-        let (n, ours, theirs) = (theta.len(), &traced.rays, &traced.refused);
-        let bundle = traced.bundle;
+        let exact = Part { bundle: self.exact.map(&again, order), rays: traced.refused };
+        let mut parts = traced.parts;
+        parts.push(exact);
         RayBundle {
-            beta_arcsec: scatter(n, ours, bundle.beta_arcsec, theirs, exact.beta_arcsec),
-            jacobian: scatter(n, ours, bundle.jacobian, theirs, exact.jacobian),
-            second_per_arcsec: scatter(n, ours, bundle.second_per_arcsec, theirs, exact.second_per_arcsec),
+            beta_arcsec: gather(theta.len(), &parts, |bundle| &bundle.beta_arcsec),
+            jacobian: gather(theta.len(), &parts, |bundle| &bundle.jacobian),
+            second_per_arcsec: gather(theta.len(), &parts, |bundle| &bundle.second_per_arcsec),
         }
     }
 }
 
-/// Values in the order of the rays, from two sets with their indices; empty when nothing of the kind was traced.
-fn scatter<T: Copy + Default>(n: usize, a: &[u32], of_a: Vec<T>, b: &[u32], of_b: Vec<T>) -> Vec<T> {
-    if of_a.is_empty() && of_b.is_empty() {
+/// Values of one kind in the order of the rays; empty when nothing of the kind was traced.
+fn gather<T: Copy + Default>(n: usize, parts: &[Part], of: impl Fn(&RayBundle) -> &[T]) -> Vec<T> {
+    if parts.iter().all(|part| of(&part.bundle).is_empty()) {
         return Vec::new();
     }
     let mut all = vec![T::default(); n];
-    for (&i, value) in a.iter().zip(of_a).chain(b.iter().zip(of_b)) {
-        all[i as usize] = value;
+    for part in parts {
+        for (&ray, value) in part.rays.iter().zip(of(&part.bundle)) {
+            all[ray as usize] = *value;
+        }
     }
     all
 }

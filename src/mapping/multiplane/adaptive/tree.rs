@@ -35,11 +35,16 @@ pub(super) struct Tree<'a> {
     root: Option<Tile<'a>>,
 }
 
-/// Rays traced: indices and results, in the order of the tiles.
-#[derive(Default)]
-pub(super) struct Traced {
+/// Rays by their indices, and what became of them.
+pub(super) struct Part {
     pub rays: Vec<u32>,
     pub bundle: RayBundle,
+}
+
+/// Rays traced, tile by tile.
+#[derive(Default)]
+pub(super) struct Traced {
+    pub parts: Vec<Part>,
     /// Rays left for the exact recursion.
     pub refused: Vec<u32>,
     pub bound_arcsec: f64,
@@ -127,8 +132,7 @@ fn through(tile: Option<&Tile>, rays: Vec<u32>, theta: &[[f64; 2]], order: Order
     let own: Vec<[f64; 2]> = rays.iter().map(|&ray| theta[ray as usize]).collect();
     Traced {
         met: rays.len() * tile.events.len(),
-        bundle: tile.trace(&own, order),
-        rays,
+        parts: vec![Part { bundle: tile.trace(&own, order), rays }],
         refused: Vec::new(),
         bound_arcsec: tile.bound_arcsec,
     }
@@ -136,8 +140,7 @@ fn through(tile: Option<&Tile>, rays: Vec<u32>, theta: &[[f64; 2]], order: Order
 
 impl Traced {
     fn and(mut self, other: Self) -> Self {
-        self.rays.extend(other.rays);
-        self.bundle = RayBundle::concatenate(vec![self.bundle, other.bundle]);
+        self.parts.extend(other.parts);
         self.refused.extend(other.refused);
         self.bound_arcsec = self.bound_arcsec.max(other.bound_arcsec);
         self.met += other.met;

@@ -1,0 +1,97 @@
+//! Why the paper's σ̄ of γ_LOS is smaller than ours: for the images of a catalogue, the posterior beside what an ensemble
+//! of stretch moves says that starts at the true parameters and stops when the authors' chains did.
+//!
+//! haloray mock -n 8 --seed 1 -o catalogue
+//! cargo run --release --example chains_from_the_truth -- catalogue 8
+
+use std::path::Path;
+
+use haloray::imaging::PixelSampling;
+use haloray::inference::likelihood::LikelihoodKind;
+use haloray::inference::model::{CompiledModel, ModelDescription};
+use haloray::inference::sampler::{Problem, SamplerRun, SamplerSettings, StretchSettings, ValleySettings};
+use haloray::inference::{DrawStatistics, Fit, FitSettings};
+use haloray::io::{CATALOGUE_GROUP, Table, Values, read_observation};
+use haloray::{Error, Result};
+
+/// Evaluations of the authors' chains for one image.
+const EVALUATIONS: usize = 665_000;
+/// Their walkers for each parameter.
+const WALKERS: usize = 10;
+/// Walkers start at the truth, scattered by this fraction of the prior's width in every parameter.
+const SPREAD: f64 = 0.01;
+const SHEARS: [&str; 2] = ["gamma1_los", "gamma2_los"];
+
+fn main() -> Result<()> {
+    let mut arguments = std::env::args().skip(1);
+    let folder = arguments.next().unwrap_or_else(|| "catalogue".into());
+    let images: usize = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(8);
+    let path = Path::new(&folder).join("truth.csv");
+    let truth = Table::read(&path, CATALOGUE_GROUP)?;
+    let Some(Values::Text(names)) = truth.column("image").map(|c| &c.values) else {
+        return Err(Error::table(&path, "column image", "missing"));
+    };
+    let settings = FitSettings {
+        likelihood: LikelihoodKind::Gaussian,
+        pixel_sampling: PixelSampling::Point,
+        sampler: SamplerSettings::Valley(ValleySettings::default()),
+        seed: 1,
+    };
+    println!(
+        "| image | σ, posterior | σ, chains from the truth | ratio | R-hat, posterior | R-hat of γ_LOS, chains |"
+    );
+    println!("|---|---|---|---|---|---|");
+    let (mut sums, mut count) = ([0.0; 2], 0.0);
+    for (row, name) in names.iter().enumerate().take(images) {
+        let (observation, _) = read_observation(&Path::new(&folder).join(name))?;
+        let model = CompiledModel::new(&ModelDescription::built_in("comprehensive")?)?;
+        let fit = Fit::run(observation, model, settings, None, |_| Ok(()))?;
+        let posterior = SHEARS.map(|name| fit.draws_of(name).unwrap_or_default());
+
+        let free = fit.likelihood.model.free.iter();
+        let true_value = |name: &str| -> Result<f64> { Ok(truth.required_f64(&path, name)?[row]) };
+        let start =
+            free.map(|p| Ok(p.prior.to_latent(true_value(&p.name)?))).collect::<Result<Vec<f64>>>()?;
+        let (chains, r_hat) = chains_from(&fit, start)?;
+
+        let sigmas = [uncertainty(&posterior), uncertainty(&chains)];
+        let [ours, theirs] = sigmas;
+        let worst = fit.progress.worst.r_hat;
+        println!("| {name} | {ours:.4} | {theirs:.4} | {:.2} | {worst:.3} | {r_hat:.2} |", theirs / ours);
+        sums = [sums[0] + ours, sums[1] + theirs];
+        count += 1.0;
+    }
+    println!("\nmean σ: {:.4} posterior, {:.4} chains from the truth", sums[0] / count, sums[1] / count);
+    Ok(())
+}
+
+/// Two ensembles of the authors' length from one start; draws of γ_LOS of their second halves, and the worst R-hat of it.
+fn chains_from(fit: &Fit, start: Vec<f64>) -> Result<([Vec<Vec<f64>>; 2], f64)> {
+    let model = &fit.likelihood.model;
+    let half = EVALUATIONS / (WALKERS * model.free.len()) / 2;
+    let settings = SamplerSettings::Stretch(StretchSettings {
+        ensembles: 2,
+        walkers_per_coordinate: WALKERS,
+        warmup_steps: half,
+        block_steps: half,
+        max_steps: half,
+        thin: 1,
+        start_spread: SPREAD,
+        ..StretchSettings::default()
+    });
+    let problem = Problem { likelihood: &fit.likelihood, starts: &[start], metric: None };
+    let mut run = SamplerRun::start(&settings, 1, &problem)?;
+    let progress = run.finish(&fit.likelihood, &|z| model.at_latent(z).0, |_, _| Ok(()))?;
+    let place = |name: &str| model.free.iter().position(|p| p.name == name).unwrap_or(0);
+    let draws = SHEARS.map(|name| run.chains().map(|z| model.at_latent(z).0[place(name)]));
+    let r_hat = SHEARS.map(|name| progress.quantities[place(name)].r_hat);
+    Ok((draws, r_hat[0].max(r_hat[1])))
+}
+
+/// The paper's σ of an image: the geometric mean of both components' half 68% intervals.
+fn uncertainty(draws: &[Vec<Vec<f64>>; 2]) -> f64 {
+    let half = |draws: &Vec<Vec<f64>>| {
+        DrawStatistics::of(&draws.concat()).map_or(f64::NAN, |s| 0.5 * (s.hpd68_high - s.hpd68_low))
+    };
+    (half(&draws[0]) * half(&draws[1])).sqrt()
+}
