@@ -61,7 +61,7 @@ impl Across {
 /// Draws of t that keep the variance of the mean weight near 10%: that of one is exp(spread²) − 1.
 pub(super) fn tries_for(spread: f64) -> usize {
     const VARIANCE: f64 = 0.1;
-    const FEWEST: f64 = 2.0;
+    const FEWEST: f64 = 3.0;
     const MOST: f64 = 16.0;
     ((spread * spread).exp_m1() / VARIANCE).ceil().clamp(FEWEST, MOST) as usize
 }
@@ -77,6 +77,6 @@ mod tests {
 
     #[test]
     fn more_tries_where_weights_spread() {
-        assert_eq!([0.0, 0.3, 0.6, 1.0, 3.0].map(tries_for), [2, 2, 5, 16, 16]);
+        assert_eq!([0.0, 0.3, 0.6, 1.0, 3.0].map(tries_for), [3, 3, 5, 16, 16]);
     }
 }

@@ -10,6 +10,8 @@
 //!   costs one solution at its end (Rasmussen 2003, Bayesian Statistics 7, 651). Force fields of position alone leave
 //!   leapfrog reversible and volume-preserving: acceptance by the true density at the end makes the chain exact whatever
 //!   the polynomials are; they decide only how often proposals are accepted.
+//!   A chain that is held up has found a place where they are wrong: they are fitted again, and the draws until then belong
+//!   to the warm-up.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
@@ -38,6 +40,10 @@ use crate::numerics::random::{Stage, stream};
 
 /// Rounds of warm-up; the surrogate is fitted again after each.
 const ROUNDS: u64 = 8;
+/// Blocks after the warm-up in which a chain that is held up still teaches the surrogate.
+const LESSONS: u64 = 12;
+/// Proposals in a row that the marginal refuses where the surrogate is wrong.
+const HELD_UP: usize = 12;
 /// Most directions taken as slow.
 const MOST_SLOW: usize = 12;
 /// Curvatures after which the search for a floor is given up.
@@ -91,10 +97,12 @@ pub(super) struct ValleyState {
     places: Vec<Place>,
     /// Draws of t for each s.
     tries: usize,
-    /// Floors solved, and s of the draws, while warming up.
+    /// Floors solved, s of the draws, and deviations of ln w, as long as the surrogate learns.
     known: Vec<Known>,
     #[serde(with = "bits")]
     visited: Vec<f64>,
+    #[serde(with = "bits")]
+    spreads: Vec<f64>,
     pub evaluations: u64,
 }
 
@@ -119,6 +127,8 @@ struct Leg {
     known: Vec<Known>,
     /// Deviation of ln w at each floor.
     spreads: Vec<f64>,
+    /// Most proposals in a row that the marginal refused.
+    held_up: usize,
     evaluations: u64,
 }
 
@@ -173,7 +183,17 @@ impl ValleyState {
             return Err(nowhere());
         }
         evaluations += (tries * settings.chains) as u64;
-        Ok(Self { settings, axes, surrogate, places, tries, known, visited: vec![], evaluations })
+        Ok(Self {
+            settings,
+            axes,
+            surrogate,
+            places,
+            tries,
+            known,
+            visited: vec![],
+            spreads: vec![],
+            evaluations,
+        })
     }
 
     /// Draws of a chain after which sampling stops.
@@ -194,13 +214,27 @@ impl ValleyState {
             .collect();
         self.evaluations += legs.iter().map(|leg| leg.evaluations).sum::<u64>();
         self.places = legs.iter().map(|leg| leg.place.clone()).collect();
-        if is_warm_up {
-            self.learn(legs);
+        let is_over = block > ROUNDS + LESSONS;
+        if is_warm_up || !is_over && legs.iter().any(|leg| leg.held_up >= HELD_UP) {
+            chains.chains.iter_mut().for_each(|chain| *chain = Chain::default());
+            self.remember(&legs);
+            self.learn();
         } else {
+            if !is_over {
+                self.remember(&legs);
+            }
             chains.chains.iter_mut().zip(legs).for_each(|(chain, leg)| chain.append(leg.chain));
         }
-        if block == ROUNDS {
-            (self.known, self.visited) = (vec![], vec![]);
+        if is_over {
+            (self.known, self.visited, self.spreads) = (vec![], vec![], vec![]);
+        }
+    }
+
+    fn remember(&mut self, legs: &[Leg]) {
+        for leg in legs {
+            self.known.extend_from_slice(&leg.known);
+            self.visited.extend_from_slice(&leg.visited);
+            self.spreads.extend_from_slice(&leg.spreads);
         }
     }
 
@@ -211,10 +245,13 @@ impl ValleyState {
             visited: vec![],
             known: vec![],
             spreads: vec![],
+            held_up: 0,
             evaluations: 0,
         };
+        let mut refused = 0;
         for _ in 0..draws {
-            self.propose(likelihood, &mut leg, &mut rng);
+            refused = if self.propose(likelihood, &mut leg, &mut rng) { 0 } else { refused + 1 };
+            leg.held_up = leg.held_up.max(refused);
             let Place { s, z, .. } = &leg.place;
             leg.chain.push(z.as_slice(), leg.place.log_likelihood());
             leg.visited.extend(s.iter());
@@ -222,22 +259,22 @@ impl ValleyState {
         leg
     }
 
-    /// One trajectory, accepted or not.
-    fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
+    /// One trajectory, accepted or not; false if the marginal refused it.
+    fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) -> bool {
         let momentum = normal(leg.place.s.len(), rng);
         let before = leg.place.log_marginal() - 0.5 * momentum.norm_squared();
         let steps = steps(rng);
         let Some((x, momentum)) = self.trajectory(self.surrogate.x(&leg.place.s), momentum, steps) else {
-            return;
+            return false;
         };
         let s = self.surrogate.s(&x);
         let guess = self.surrogate.stiff(&x);
         let floor = self.axes.floor(likelihood, &s, guess, MOST_CURVATURES, &mut leg.evaluations);
-        let Some(floor) = floor else { return };
+        let Some(floor) = floor else { return false };
         leg.known.push(Known::new(s.clone(), &floor));
         let gain = floor.log_marginal() - 0.5 * momentum.norm_squared() - before;
         if rng.random::<f64>().ln() >= gain {
-            return;
+            return false;
         }
         let across = Across::draw(likelihood, &self.axes, &s, &floor, self.tries, rng);
         leg.evaluations += self.tries as u64;
@@ -246,6 +283,7 @@ impl ValleyState {
         if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
             leg.place = place;
         }
+        true
     }
 
     /// Leapfrog in the forces of the surrogate; `None` where they lead out of the region it knows.
@@ -269,16 +307,12 @@ impl ValleyState {
         Some((x, momentum))
     }
 
-    /// Fits the surrogate to what the round has found.
-    fn learn(&mut self, legs: Vec<Leg>) {
+    /// Fits the surrogate to what has been found, and takes as many draws across the valley as half of the places need.
+    fn learn(&mut self) {
         let slow = self.axes.slow_dimension();
-        let mut spreads: Vec<f64> = legs.iter().flat_map(|leg| leg.spreads.iter().copied()).collect();
-        if let Some(spread) = median(&mut spreads) {
+        let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
+        if let Some(spread) = median(recent) {
             self.tries = tries_for(spread);
-        }
-        for leg in legs {
-            self.known.extend(leg.known);
-            self.visited.extend(leg.visited);
         }
         // The later half of the draws tells the shape, once they are many.
         let draws = self.visited.len() / slow;

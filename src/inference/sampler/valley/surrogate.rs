@@ -35,7 +35,7 @@ impl Known {
     }
 }
 
-/// Polynomials of x = F⁻¹(s − c): ln p along the floor and t̂ up to degree 4, fitted to values and slopes; ½ ln det up to
+/// Polynomials of x = F⁻¹(s − c): ln p along the floor and t̂ up to degree 6, fitted to values and slopes; ½ ln det up to
 /// degree 2, fitted to values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Surrogate {
@@ -57,7 +57,7 @@ impl Surrogate {
     /// that are not positive definite.
     pub fn fit(centre: DVector<f64>, factor: DMatrix<f64>, known: &[Known]) -> Option<Self> {
         /// Equations for every coefficient, and coefficients that are still quickly evaluated.
-        const EQUATIONS: f64 = 2.5;
+        const EQUATIONS: f64 = 4.0;
         const MOST_COEFFICIENTS: usize = 800;
         let d = centre.len();
         let degree_for = |highest: usize, equations: usize| {
@@ -67,7 +67,7 @@ impl Surrogate {
             };
             (2..=highest).rev().find(is_enough)
         };
-        let floor_terms = Monomials::new(d, degree_for(4, known.len() * (1 + d)).unwrap_or(2));
+        let floor_terms = Monomials::new(d, degree_for(6, known.len() * (1 + d)).unwrap_or(2));
         let determinant_terms = Monomials::new(d, degree_for(2, known.len()).unwrap_or(1));
         let top = known.iter().map(|k| k.heights[0]).fold(f64::NEG_INFINITY, f64::max);
         let stiff = known.first()?.stiff.len();
