@@ -38,8 +38,10 @@ use crate::inference::floor::{Axes, Floor};
 use crate::inference::{Curvature, LatentLikelihood};
 use crate::numerics::random::{Stage, stream};
 
-/// Rounds of warm-up; the surrogate is fitted again after each.
+/// Rounds of warm-up, after each of which the surrogate is fitted again; fewer are enough once the marginal refuses less
+/// than a tenth of every chain's proposals.
 const ROUNDS: u64 = 8;
+const FEWEST_ROUNDS: u64 = 4;
 /// Blocks after the warm-up in which a chain that is held up still teaches the surrogate.
 const LESSONS: u64 = 12;
 /// Proposals in a row that the marginal refuses where the surrogate is wrong.
@@ -57,7 +59,7 @@ const WIDEST_WEIGHTS: f64 = 1.0;
 pub struct ValleySettings {
     /// Independent chains, at least 2.
     pub chains: usize,
-    /// Proposals of a chain in each of the eight rounds of warm-up, which teach the polynomials; at least 10.
+    /// Proposals of a chain in each of the four to eight rounds of warm-up, which teach the polynomials; at least 10.
     pub round_draws: usize,
     /// Draws of a chain between two looks at convergence.
     pub block_draws: usize,
@@ -103,6 +105,7 @@ pub(super) struct ValleyState {
     visited: Vec<f64>,
     #[serde(with = "bits")]
     spreads: Vec<f64>,
+    is_warm: bool,
     pub evaluations: u64,
 }
 
@@ -192,6 +195,7 @@ impl ValleyState {
             known,
             visited: vec![],
             spreads: vec![],
+            is_warm: false,
             evaluations,
         })
     }
@@ -203,7 +207,7 @@ impl ValleyState {
 
     /// One round of warm-up or one block of draws.
     pub fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
-        let is_warm_up = block <= ROUNDS;
+        let is_warm_up = !self.is_warm;
         let draws = if is_warm_up { self.settings.round_draws } else { self.settings.block_draws };
         let legs: Vec<Leg> = (0..self.places.len())
             .into_par_iter()
@@ -214,6 +218,8 @@ impl ValleyState {
             .collect();
         self.evaluations += legs.iter().map(|leg| leg.evaluations).sum::<u64>();
         self.places = legs.iter().map(|leg| leg.place.clone()).collect();
+        let is_easy = legs.iter().all(|leg| 10 * leg.spreads.len() > 9 * draws);
+        self.is_warm |= block >= ROUNDS || block >= FEWEST_ROUNDS && is_easy;
         let is_over = block > ROUNDS + LESSONS;
         if is_warm_up || !is_over && legs.iter().any(|leg| leg.held_up >= HELD_UP) {
             chains.chains.iter_mut().for_each(|chain| *chain = Chain::default());
