@@ -68,12 +68,12 @@ bench-lens: oracle-setup
 calibration:
     cargo run --release -- study calibration -n 200 -o calibration
 
-# section 3: 64 images fitted with four models (docs/CATALOGUE.md)
+# section 3: 64 images fitted with four models
 catalogue:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
     cargo run --release -- study catalogue catalogue
 
-# the posteriors of eight images beside chains that start at the truth, as the authors' did (docs/CATALOGUE.md)
+# the posteriors of eight images beside chains that start at the truth, as the authors' did
 chains:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
     cargo run --release --example chains_from_the_truth -- catalogue 8

@@ -1,4 +1,4 @@
-//! Why the paper's σ̄ of γ_LOS is smaller than ours: for the images of a catalogue, the posterior beside what an ensemble
+//! Is the paper's σ̄ of γ_LOS that of its posteriors? For the images of a catalogue, the posterior beside what an ensemble
 //! of stretch moves says that starts at the true parameters and stops when the authors' chains did.
 //!
 //! haloray mock -n 8 --seed 1 -o catalogue

@@ -79,7 +79,8 @@ pub struct Protocol {
     pub source: SourceRule,
     /// Sérsic profiles on top of the source: fewest and most.
     pub perturbers: [u32; 2],
-    /// Flux of each relative to the source.
+    /// Flux of each relative to the source. The paper's text gives them 1% of its *amplitude*, which is much fainter for
+    /// small radii: with 1% of the flux, fits that do not know of them are biased.
     pub perturber_flux: f64,
     /// Shears od, os, ds are uniform on a disk of this radius.
     pub largest_shear: f64,

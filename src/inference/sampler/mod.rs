@@ -29,9 +29,9 @@ pub use valley::ValleySettings;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum SamplerSettings {
-    /// No-U-Turn sampler: gradients and a metric; the fastest where the posterior is smooth.
+    /// No-U-Turn sampler: needs gradients alone, profits from a metric.
     Nuts(NutsSettings),
-    /// Moves along the curved valleys of composite lenses, across which it integrates; needs curvatures.
+    /// Moves along the curved valleys of posteriors, across which it integrates; needs curvatures; the fastest for images.
     Valley(ValleySettings),
     /// Ensemble slice sampling, the method of the paper's zeus: no gradients; for what is not smooth.
     EnsembleSlice(EnsembleSliceSettings),

@@ -20,9 +20,10 @@
 mod across;
 mod monomials;
 mod surrogate;
+mod trajectory;
 
 use nalgebra::{DMatrix, DVector};
-use rand::{Rng, RngExt};
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -30,6 +31,7 @@ use serde::{Deserialize, Serialize};
 
 use self::across::{Across, normal, tries_for};
 use self::surrogate::{Known, Surrogate};
+use self::trajectory::{leapfrog, steps};
 use super::bits;
 use super::chains::{Chain, Chains};
 use super::target::Problem;
@@ -269,8 +271,8 @@ impl ValleyState {
     fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) -> bool {
         let momentum = normal(leg.place.s.len(), rng);
         let before = leg.place.log_marginal() - 0.5 * momentum.norm_squared();
-        let steps = steps(rng);
-        let Some((x, momentum)) = self.trajectory(self.surrogate.x(&leg.place.s), momentum, steps) else {
+        let start = self.surrogate.x(&leg.place.s);
+        let Some((x, momentum)) = leapfrog(&self.surrogate, start, momentum, steps(rng)) else {
             return false;
         };
         let s = self.surrogate.s(&x);
@@ -290,27 +292,6 @@ impl ValleyState {
             leg.place = place;
         }
         true
-    }
-
-    /// Leapfrog in the forces of the surrogate; `None` where they lead out of the region it knows.
-    fn trajectory(
-        &self,
-        mut x: DVector<f64>,
-        mut momentum: DVector<f64>,
-        steps: usize,
-    ) -> Option<(DVector<f64>, DVector<f64>)> {
-        /// A step, and the edge of what is known, in posterior deviations.
-        const STEP: f64 = 0.1;
-        const EDGE: f64 = 8.0;
-        momentum += self.surrogate.force(&x) * (0.5 * STEP);
-        for step in 1..=steps {
-            x += &momentum * STEP;
-            if x.iter().any(|x| x.is_nan() || x.abs() > EDGE) {
-                return None;
-            }
-            momentum += self.surrogate.force(&x) * if step < steps { STEP } else { 0.5 * STEP };
-        }
-        Some((x, momentum))
     }
 
     /// Fits the surrogate to what has been found, and takes as many draws across the valley as half of the places need.
@@ -376,13 +357,6 @@ fn first_floors(
         }
     }
     Some(known)
-}
-
-/// Steps of a trajectory: mostly longer than a quarter of a period, so that draws depend little on one another; some short,
-/// which leave places where the surrogate is poor.
-fn steps(rng: &mut impl Rng) -> usize {
-    const SHORT: f64 = 0.15;
-    if rng.random::<f64>() < SHORT { rng.random_range(1..=4) } else { rng.random_range(8..=40) }
 }
 
 /// Mean, and lower factor of the covariance, of points given row by row.
