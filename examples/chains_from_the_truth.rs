@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use haloray::imaging::PixelSampling;
+use haloray::inference::convergence::ESS_LIMIT;
 use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{CompiledModel, ModelDescription};
 use haloray::inference::sampler::{Problem, SamplerRun, SamplerSettings, StretchSettings, ValleySettings};
@@ -18,8 +19,9 @@ use haloray::{Error, Result};
 const EVALUATIONS: usize = 665_000;
 /// Their walkers for each parameter.
 const WALKERS: usize = 10;
-/// Walkers start at the truth, scattered by this fraction of the prior's width in every parameter.
-const SPREAD: f64 = 0.01;
+/// Scatter about the truth at the start in standard deviations of the latent prior, about 1e-4 of a uniform prior's width:
+/// the authors' code has 0.001 × 0.1 for shears of ±0.5.
+const SPREAD: f64 = 2.5e-4;
 const SHEARS: [&str; 2] = ["gamma1_los", "gamma2_los"];
 
 fn main() -> Result<()> {
@@ -35,6 +37,7 @@ fn main() -> Result<()> {
         likelihood: LikelihoodKind::Gaussian,
         pixel_sampling: PixelSampling::Point,
         sampler: SamplerSettings::Valley(ValleySettings::default()),
+        min_ess: ESS_LIMIT,
         seed: 1,
     };
     println!(

@@ -105,9 +105,15 @@ fn check_protocol(protocol: &Protocol) {
         (x * x + y * y) / (limit * limit)
     });
     check("radius of a perturber", &|s| {
-        uniform([0.1, 1.0], s.perturbers[0].radius_arcsec / s.source.radius_arcsec)
+        uniform(protocol.perturber_radius, s.perturbers[0].radius_arcsec / s.source.radius_arcsec)
     });
     check("index of a perturber", &|s| uniform([2.0, 6.0], s.perturbers[0].index));
+    if protocol.perturber_least_axis_ratio < 1.0 {
+        let q = [protocol.perturber_least_axis_ratio, 1.0];
+        check("axis ratio of a perturber", &|s| uniform(q, axis_ratio(s.perturbers[0].ellipticity)));
+    } else {
+        assert!(systems.iter().all(|s| s.perturbers.iter().all(|p| p.ellipticity == [0.0; 2])));
+    }
     assert!(systems.iter().all(|s| s.einstein_radius_arcsec >= 0.5));
     let count = |n: usize| systems.iter().filter(|s| s.perturbers.len() == n).count() as f64;
     let [fewest, most] = protocol.perturbers;

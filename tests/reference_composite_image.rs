@@ -52,6 +52,7 @@ fn system() -> MockSystem {
             flux: 0.01,
             radius_arcsec: 0.12,
             index: 2.9,
+            ellipticity: [0.05, -0.03],
             centre_arcsec: [0.31, -0.013],
         }],
         pixels: 61,

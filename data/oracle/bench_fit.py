@@ -83,10 +83,10 @@ def divan_medians(executable):
     return found
 
 
-def haloray(binary, image, folder, sampler):
+def haloray(binary, image, folder, sampler, min_ess):
     out = pathlib.Path(folder) / sampler
     command = [binary, "fit", image, "--likelihood", "lenstronomy", "--pixel-sampling", "point", "--model",
-               "simple-minimal", "--sampler", sampler, "-o", str(out), "--quiet"]
+               "simple-minimal", "--sampler", sampler, "-o", str(out), "--quiet", "--min-ess", str(min_ess)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode not in (0, 1):
         raise SystemExit(done.stderr)
@@ -126,6 +126,7 @@ def main():
     arguments.add_argument("--minutes", type=float, default=5.0)
     arguments.add_argument("--seed", type=int, default=77)
     arguments.add_argument("--samplers", default=",".join(SAMPLERS))
+    arguments.add_argument("--min-ess", type=float, default=400, help="effective draws that haloray's fits go on to")
     arguments.add_argument("--summary", required=True)
     options = arguments.parse_args()
     rng = np.random.default_rng(options.seed)
@@ -135,7 +136,7 @@ def main():
     lines = ["# Fits beside lenstronomy", "", f"{datetime.date.today().isoformat()}, {processor()}. Load average at the "
              f"start {os.getloadavg()[0]:.1f}.", "",
              "Command: `python3 data/oracle/bench_fit.py " + " ".join(
-                 f"--{k} {pathlib.Path(str(v)).name if k in ('binary', 'bench', 'summary') else v}"
+                 f"--{k.replace('_', '-')} {pathlib.Path(str(v)).name if k in ('binary', 'bench', 'summary') else v}"
                  for k, v in vars(options).items() if v is not None) + "`", "",
              f"lenstronomy {importlib.metadata.version('lenstronomy')}, emcee {emcee.__version__}, numpy "
              f"{np.__version__}; image of Table 1 by lenstronomy, noise of numpy, seed {options.seed}.", ""]
@@ -170,7 +171,7 @@ def main():
         write_image(image, data)
         found = {}
         for sampler in options.samplers.split(","):
-            found[sampler] = haloray(options.binary, image, folder, sampler)
+            found[sampler] = haloray(options.binary, image, folder, sampler, options.min_ess)
             s = found[sampler]["summary"]
             print(sampler, s["seconds"], s["worst_ess"], s["worst_r_hat"], flush=True)
     first, ours = next(iter(found.items()))

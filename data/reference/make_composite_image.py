@@ -27,7 +27,7 @@ LOS = {f"{kind}_{part}": 0.0 for kind in ("kappa", "omega") for part in ("od", "
 STARS = {"k_eff": 1.1, "R_sersic": 0.31, "n_sersic": 4.3, "e1": 0.03, "e2": -0.02}
 HALO = {"Rs": 5.2, "alpha_Rs": 1.6, "e1": -0.025, "e2": 0.03, "center_x": 0.041, "center_y": -0.055}
 SOURCE = {"R_sersic": 0.35, "n_sersic": 3.7, "e1": 0.02, "e2": -0.04, "center_x": 0.153, "center_y": -0.092}
-PERTURBER = {"R_sersic": 0.12, "n_sersic": 2.9, "center_x": 0.31, "center_y": -0.013, "e1": 0.0, "e2": 0.0}
+PERTURBER = {"R_sersic": 0.12, "n_sersic": 2.9, "center_x": 0.31, "center_y": -0.013, "e1": 0.05, "e2": -0.03}
 MAGNITUDES = {"source": 23.7, "stars": 19.4}
 PERTURBER_FLUX = 0.01
 

@@ -23,6 +23,8 @@ pub struct FitSettings {
     pub pixel_sampling: PixelSampling,
     /// The sampler and its settings.
     pub sampler: SamplerSettings,
+    /// Effective draws of every quantity before which sampling goes on, [`ESS_LIMIT`](super::convergence::ESS_LIMIT) or more.
+    pub min_ess: f64,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -116,7 +118,7 @@ impl Fit {
         let problem = Problem { likelihood: &likelihood, starts: &starts, metric: Some(&start.metric) };
         let mut run = match resumed {
             Some(run) => run,
-            None => SamplerRun::start(&settings.sampler, settings.seed, &problem)?,
+            None => SamplerRun::start(&settings.sampler, settings.seed, &problem)?.until(settings.min_ess)?,
         };
         let quantities = |z: &[f64]| quantities(&likelihood.model, z);
         let progress =

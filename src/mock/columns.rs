@@ -58,10 +58,12 @@ pub type PerturberColumn = (&'static str, Option<&'static str>, fn(&Perturber) -
 
 impl MockSystem {
     /// Numbers of a perturber.
-    pub const PERTURBER_COLUMNS: [PerturberColumn; 5] = [
+    pub const PERTURBER_COLUMNS: [PerturberColumn; 7] = [
         ("flux", None, |p| p.flux),
         ("r_sersic_arcsec", ARCSEC, |p| p.radius_arcsec),
         ("n_sersic", None, |p| p.index),
+        ("e1", None, |p| p.ellipticity[0]),
+        ("e2", None, |p| p.ellipticity[1]),
         ("x_arcsec", ARCSEC, |p| p.centre_arcsec[0]),
         ("y_arcsec", ARCSEC, |p| p.centre_arcsec[1]),
     ];

@@ -64,9 +64,8 @@ impl MockSystem {
         let source = place.source(protocol, einstein_radius_arcsec, &mut rng)?;
         let mut rng = of(4);
         let [fewest, most] = protocol.perturbers;
-        let perturbers = (0..rng.random_range(fewest..=most))
-            .map(|_| perturber(protocol.perturber_flux, &source, &mut rng))
-            .collect();
+        let perturbers =
+            (0..rng.random_range(fewest..=most)).map(|_| perturber(protocol, &source, &mut rng)).collect();
         let offset = source.centre_arcsec[0].hypot(source.centre_arcsec[1]);
         let width = protocol.image_width * (einstein_radius_arcsec + offset);
         Ok(Self {
@@ -188,12 +187,13 @@ fn einstein_radius(stars: &Baryons, halo: &Halo) -> Result<f64> {
     Ok(bracketed_root(excess, low, high, TOLERANCE).map_or(0.0, f64::exp))
 }
 
-fn perturber(flux: f64, source: &LensedSource, rng: &mut impl Rng) -> Perturber {
+fn perturber(protocol: &Protocol, source: &LensedSource, rng: &mut impl Rng) -> Perturber {
     let [x, y] = on_disk(rng, source.radius_arcsec);
     Perturber {
-        flux,
-        radius_arcsec: source.radius_arcsec * uniform(rng, [0.1, 1.0]),
+        flux: protocol.perturber_flux,
+        radius_arcsec: source.radius_arcsec * uniform(rng, protocol.perturber_radius),
         index: uniform(rng, [2.0, 6.0]),
+        ellipticity: ellipticity(rng, protocol.perturber_least_axis_ratio),
         centre_arcsec: [source.centre_arcsec[0] + x, source.centre_arcsec[1] + y],
     }
 }

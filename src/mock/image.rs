@@ -73,7 +73,7 @@ fn sources(system: &MockSystem, instrument: &Instrument) -> Result<Vec<Sersic>> 
     let mut all =
         vec![Sersic::with_flux(flux, main.radius_arcsec, main.index, main.ellipticity, main.centre_arcsec)?];
     for p in &system.perturbers {
-        all.push(Sersic::with_flux(p.flux * flux, p.radius_arcsec, p.index, [0.0; 2], p.centre_arcsec)?);
+        all.push(Sersic::with_flux(p.flux * flux, p.radius_arcsec, p.index, p.ellipticity, p.centre_arcsec)?);
     }
     Ok(all)
 }

@@ -39,10 +39,10 @@ pub enum SourceRule {
 /// | largest shear | 0.03 | 0.025 |
 /// | axis ratios | U(0.9, 1) | U(0.7, 1) |
 /// | source | radius log-normal about 3 kpc, M = −22 there, luminosity ∝ area | as the lens's stars |
-/// | perturbers | one to three | three |
+/// | perturbers | one to three, round | three, elliptical |
 ///
-/// All else is the same in both. The text does not give the redshift of the source nor the size of the images; both
-/// are those of the code. Axis ratios and offsets are drawn for stars, halo and source alike.
+/// All else is the same in both. The text does not give the redshift of the source, the size of the images nor that of
+/// the perturbers; they are those of the code. What the text calls their amplitude is their flux in the code. Axis ratios and offsets are drawn for stars, halo and source alike.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Protocol {
     /// Name of the preset.
@@ -79,9 +79,13 @@ pub struct Protocol {
     pub source: SourceRule,
     /// Sérsic profiles on top of the source: fewest and most.
     pub perturbers: [u32; 2],
-    /// Flux of each relative to the source. The paper's text gives them 1% of its *amplitude*, which is much fainter for
-    /// small radii: with 1% of the flux, fits that do not know of them are biased.
+    /// Flux of each relative to the source.
     pub perturber_flux: f64,
+    /// Half-light radius of each relative to the source, uniform. Down to 0.1, as in an early version of the authors'
+    /// code, the brightest would outshine the source, and fits that do not know of them are biased.
+    pub perturber_radius: [f64; 2],
+    /// Their axis ratios are uniform from here to 1.
+    pub perturber_least_axis_ratio: f64,
     /// Shears od, os, ds are uniform on a disk of this radius.
     pub largest_shear: f64,
     /// Lenses below this Einstein radius are drawn again.
@@ -120,6 +124,8 @@ impl Protocol {
             },
             perturbers: [1, 3],
             perturber_flux: 0.01,
+            perturber_radius: [0.5, 1.0],
+            perturber_least_axis_ratio: 1.0,
             largest_shear: 0.03,
             least_einstein_radius_arcsec: 0.5,
             image_width: 3.0,
@@ -134,6 +140,7 @@ impl Protocol {
             halo_mass: HaloMassRule::Over([0.3, 1.0]),
             source: SourceRule::Mass,
             perturbers: [3, 3],
+            perturber_least_axis_ratio: 0.7,
             largest_shear: 0.025,
             ..Self::paper()
         }

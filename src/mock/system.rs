@@ -55,7 +55,7 @@ pub struct LensedSource {
     pub centre_arcsec: [f64; 2],
 }
 
-/// A faint round Sérsic profile on top of the source, which no fit knows of.
+/// A faint Sérsic profile on top of the source, which no fit knows of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Perturber {
     /// Flux relative to the source.
@@ -64,6 +64,8 @@ pub struct Perturber {
     pub radius_arcsec: f64,
     /// Sérsic index.
     pub index: f64,
+    /// (e1, e2).
+    pub ellipticity: [f64; 2],
     /// Centre.
     pub centre_arcsec: [f64; 2],
 }

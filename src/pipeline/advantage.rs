@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use crate::error::Result;
 use crate::imaging::{Exposure, Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
+use crate::inference::convergence::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sampler::SamplerSettings;
 use crate::inference::{Fit, FitSettings, FitStage, Observation};
@@ -142,6 +143,7 @@ pub fn advantage(
             likelihood: description.likelihood,
             pixel_sampling: PixelSampling::Point,
             sampler,
+            min_ess: ESS_LIMIT,
             seed,
         };
         Fit::run(observation, CompiledModel::new(&description)?, settings, None, |stage| watch(name, stage))

@@ -14,6 +14,7 @@ use super::one_core_each::one_core_each;
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
+use crate::inference::convergence::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sampler::SamplerSettings;
 use crate::inference::{Fit, FitSettings, Observation};
@@ -93,6 +94,7 @@ pub fn calibrate(
         likelihood: description.likelihood,
         pixel_sampling: PixelSampling::Point,
         sampler,
+        min_ess: ESS_LIMIT,
         seed,
     };
     progress.begin("fits", Some(number as u64));

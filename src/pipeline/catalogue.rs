@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::one_core_each::one_core_each;
 use crate::error::Result;
 use crate::imaging::PixelSampling;
+use crate::inference::convergence::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sampler::SamplerSettings;
 use crate::inference::{Fit, FitSettings, Observation};
@@ -40,17 +41,17 @@ impl CatalogueSettings {
     }
 }
 
-/// Fits the pairs (image, model) of `tasks`, those early in the list first; `ended` sees each fit as it ends, with its
-/// seconds.
+/// Fits the pairs (image, model) of `tasks`, those early in the list first; `ended` sees each fit as it ends, or why there
+/// is none, with its seconds.
 ///
 /// # Errors
-/// Models that cannot be compiled, images without a start, and those of `ended`; fits that ended before stay with `ended`.
+/// Models that cannot be compiled, and those of `ended`, which decides what becomes of an image that cannot be fitted.
 pub fn fit_catalogue(
     images: &[CatalogueImage],
     models: &[ModelDescription],
     tasks: &[(usize, usize)],
     settings: &CatalogueSettings,
-    ended: impl Fn((usize, usize), &ShearRecovery, f64) -> Result<()> + Sync,
+    ended: impl Fn((usize, usize), Result<ShearRecovery>, f64) -> Result<()> + Sync,
 ) -> Result<()> {
     let compiled: Vec<CompiledModel> = models.iter().map(CompiledModel::new).collect::<Result<_>>()?;
     one_core_each(tasks.len() as u64, |i| {
@@ -61,13 +62,14 @@ pub fn fit_catalogue(
             likelihood: description.likelihood,
             pixel_sampling: description.pixel_sampling.unwrap_or(PixelSampling::Adaptive),
             sampler: settings.sampler,
+            min_ess: ESS_LIMIT,
             seed: settings.seed,
         };
         let start = Instant::now();
         let observation = image.observation.clone();
-        let fit = Fit::run(observation, compiled[model].clone(), fit_settings, None, |_| Ok(()))?;
-        let recovery = ShearRecovery::of(&fit, &image.name, &description.name)?;
-        ended(tasks[i as usize], &recovery, start.elapsed().as_secs_f64())
+        let fit = Fit::run(observation, compiled[model].clone(), fit_settings, None, |_| Ok(()));
+        let recovery = fit.and_then(|fit| ShearRecovery::of(&fit, &image.name, &description.name));
+        ended(tasks[i as usize], recovery, start.elapsed().as_secs_f64())
     })?;
     Ok(())
 }

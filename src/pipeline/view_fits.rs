@@ -6,6 +6,7 @@ use super::simulate::Simulation;
 use super::view::View;
 use crate::error::Result;
 use crate::imaging::Psf;
+use crate::inference::convergence::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, LightDescription, ModelDescription, ParameterRule};
 use crate::inference::sampler::{SamplerSettings, ValleySettings};
 use crate::inference::{Fit, FitSettings, FitStage, Observation, Prior};
@@ -49,6 +50,7 @@ pub fn fit_views(
                 likelihood: description.likelihood,
                 pixel_sampling: run.config.image.pixel_sampling,
                 sampler: SamplerSettings::Valley(ValleySettings::default()),
+                min_ess: ESS_LIMIT,
                 seed: run.config.seed,
             };
             let model = CompiledModel::new(&description)?;

@@ -24,6 +24,7 @@ use crate::output::print_files;
 /// DIR holds truth.csv (image, gamma1_los, gamma2_los, optionally quality) and the FITS images it names: the folder of
 /// `haloray mock`, or one made elsewhere. One fit runs on each core from a blind start; a line tells of each that ends.
 /// A fit that has ended is never repeated: the same command goes on where it was stopped and ends with the same table.
+/// An image that a model cannot be fitted to is named and left out; what can be fitted is.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  haloray study catalogue catalogue\n  \
                   haloray study catalogue catalogue --models comprehensive,power-law -o results")]
@@ -93,10 +94,17 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
     }
     let ended = AtomicUsize::new(all.len() - missing.len());
     fit_catalogue(&images, &models, &missing, &settings, |task, fit, seconds| {
-        write_recovery(&output, key(task), fit, seconds)?;
         let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
-        if !bars.is_quiet() {
-            crate::print(&line(number, all.len(), fit, &truths[task.0], seconds));
+        match fit {
+            Ok(fit) => {
+                write_recovery(&output, key(task), &fit, seconds)?;
+                if !bars.is_quiet() {
+                    crate::print(&line(number, all.len(), &fit, &truths[task.0], seconds));
+                }
+            }
+            Err(error) => {
+                eprintln!("warning: no fit of {} with {}: {error}", images[task.0].name, models[task.1].name);
+            }
         }
         Ok(())
     })?;
@@ -110,10 +118,18 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
             report.fits.push((fit, truths[task.0].clone()));
         }
     }
+    if report.fits.is_empty() {
+        return Err(Error::out_of_range(
+            "number of fits",
+            0,
+            "at least one; the warnings say why there is none",
+        ));
+    }
     let provenance = Provenance::new(Some(args.seed), resolved(&models, &settings));
     let files = write(&report, &output, &provenance)?;
     if !bars.is_quiet() {
-        crate::print(&format!("\n{}\n{} fits, {seconds:.0} s of fitting\n\n", report.markdown(), all.len()));
+        let (table, fits) = (report.markdown(), report.fits.len());
+        crate::print(&format!("\n{table}\n{fits} of {} fits, {seconds:.0} s of fitting\n\n", all.len()));
     }
     print_files(&files, bars);
     Ok(())

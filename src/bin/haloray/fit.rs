@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use haloray::imaging::PixelSampling;
+use haloray::inference::convergence::ESS_LIMIT;
 use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{BUILT_IN, CompiledModel, ModelDescription};
 use haloray::inference::sampler::{
@@ -55,6 +56,9 @@ pub struct Args {
     /// Draws of a chain or walker after which sampling stops, converged or not; nested sampling stops by itself.
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(4..))]
     max_draws: Option<usize>,
+    /// Sample until every quantity has this many effective draws, for smoother contours; nested sampling stops by itself.
+    #[arg(long, value_name = "N", default_value_t = ESS_LIMIT)]
+    min_ess: f64,
     /// Seed of everything random.
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
@@ -173,6 +177,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         likelihood: description.likelihood,
         pixel_sampling,
         sampler: limited(args.sampler.settings(), args.max_draws)?,
+        min_ess: args.min_ess,
         seed: args.seed,
     };
     let model = CompiledModel::new(&description)?;

@@ -10,9 +10,9 @@ use super::nested::{Evidence, NestedState};
 use super::nuts::NutsState;
 use super::target::Problem;
 use super::valley::ValleyState;
-use crate::error::Result;
+use crate::error::{Result, require};
 use crate::inference::LatentLikelihood;
-use crate::inference::convergence::Convergence;
+use crate::inference::convergence::{Convergence, ESS_LIMIT};
 
 /// What must converge, as a function of z: the free parameters and whatever else is reported.
 pub type Quantities<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
@@ -59,6 +59,8 @@ pub struct SamplerRun {
     block: u64,
     state: State,
     chains: Chains,
+    /// Effective draws of every quantity before which the run goes on.
+    min_ess: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,7 +93,8 @@ pub struct Progress {
     pub worst: Convergence,
     /// True if every quantity has converged, and the evidence where there is one.
     pub is_converged: bool,
-    /// True if there is nothing more to do: converged, or at the end of what is allowed.
+    /// True if there is nothing more to do: converged with as many effective draws as wanted, or at the end of what is
+    /// allowed.
     pub is_finished: bool,
 }
 
@@ -124,7 +127,17 @@ impl SamplerRun {
                 (State::Nested(state), Chains::new(dimension, nested.runs, 1))
             }
         };
-        Ok(Self { settings: *settings, seed, block: 0, state, chains })
+        Ok(Self { settings: *settings, seed, block: 0, state, chains, min_ess: ESS_LIMIT })
+    }
+
+    /// The same run, which goes on until every quantity has more than `min_ess` effective draws, bulk and tail, even if it
+    /// has converged before. Nested sampling stops by itself.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfRange`] for fewer than convergence needs.
+    pub fn until(self, min_ess: f64) -> Result<Self> {
+        require(min_ess >= ESS_LIMIT, "min_ess", min_ess, &format!("{ESS_LIMIT} or more"))?;
+        Ok(Self { min_ess, ..self })
     }
 
     /// Computes the next block.
@@ -164,15 +177,15 @@ impl SamplerRun {
         let convergence = self.convergence(quantities);
         let (draws, chains) = (self.chains.draws(), self.chains.chains.len());
         let all_converged = !convergence.is_empty() && convergence.iter().all(Convergence::is_converged);
+        let worst = Convergence::worst(&convergence);
+        let is_enough = all_converged && worst.ess_bulk.min(worst.ess_tail) > self.min_ess;
         let (max_draws, is_converged, is_finished, remaining) = match &self.state {
             State::Nuts(nuts) => {
-                let is_over = all_converged || draws > 0 && nuts.is_exhausted();
+                let is_over = is_enough || draws > 0 && nuts.is_exhausted();
                 (Some(nuts.max_draws()), all_converged, is_over, None)
             }
-            State::Valley(valley) => (Some(valley.max_draws()), all_converged, all_converged, None),
-            State::Ensemble(ensemble) => {
-                (Some(ensemble.plan.max_draws()), all_converged, all_converged, None)
-            }
+            State::Valley(valley) => (Some(valley.max_draws()), all_converged, is_enough, None),
+            State::Ensemble(ensemble) => (Some(ensemble.plan.max_draws()), all_converged, is_enough, None),
             State::Nested(nested) => {
                 let (is_over, remaining) = (nested.evidence().is_some(), nested.remaining_log_evidence());
                 (None, all_converged && nested.has_ended(), is_over, Some(remaining))
@@ -185,7 +198,7 @@ impl SamplerRun {
             evaluations: self.evaluations(),
             divergences: self.chains.divergences(),
             remaining_log_evidence: remaining,
-            worst: Convergence::worst(&convergence),
+            worst,
             quantities: convergence,
             is_converged,
             is_finished: is_finished || max_draws.is_some_and(|max| draws >= max),
