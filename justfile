@@ -68,15 +68,15 @@ bench-lens: oracle-setup
 calibration:
     cargo run --release -- study calibration -n 200 -o calibration
 
-# section 3: 64 images fitted with four models
+# section 3: 64 images fitted with four models, about two hours (docs/CATALOGUE.md)
 catalogue:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
     cargo run --release -- study catalogue catalogue
 
-# the posteriors of eight images beside chains that start at the truth, as the authors' did
+# the posteriors of four small images beside chains that start at the truth, as the authors' did (docs/CATALOGUE.md)
 chains:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
-    cargo run --release --example chains_from_the_truth -- catalogue 8
+    cargo run --release --example chains_from_the_truth -- catalogue 0 4 18 39
 
 # a lenstronomy image fitted by haloray and by emcee on lenstronomy's likelihood; writes docs/FIT.md
 bench-fit: oracle-setup

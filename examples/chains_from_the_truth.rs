@@ -1,8 +1,10 @@
 //! Is the paper's σ̄ of γ_LOS that of its posteriors? For the images of a catalogue, the posterior beside what an ensemble
 //! of stretch moves says that starts at the true parameters and stops when the authors' chains did.
 //!
-//! haloray mock -n 8 --seed 1 -o catalogue
-//! cargo run --release --example chains_from_the_truth -- catalogue 8
+//! haloray mock -n 64 --seed 1 -o catalogue
+//! cargo run --release --example chains_from_the_truth -- catalogue 0 3 4 18
+//!
+//! The numbers are rows of catalogue/truth.csv, counted from 0; all rows when left out.
 
 use std::path::Path;
 
@@ -27,7 +29,7 @@ const SHEARS: [&str; 2] = ["gamma1_los", "gamma2_los"];
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
     let folder = arguments.next().unwrap_or_else(|| "catalogue".into());
-    let images: usize = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(8);
+    let rows: Vec<usize> = arguments.filter_map(|n| n.parse().ok()).collect();
     let path = Path::new(&folder).join("truth.csv");
     let truth = Table::read(&path, CATALOGUE_GROUP)?;
     let Some(Values::Text(names)) = truth.column("image").map(|c| &c.values) else {
@@ -45,7 +47,7 @@ fn main() -> Result<()> {
     );
     println!("|---|---|---|---|---|---|");
     let (mut sums, mut count) = ([0.0; 2], 0.0);
-    for (row, name) in names.iter().enumerate().take(images) {
+    for (row, name) in names.iter().enumerate().filter(|(i, _)| rows.is_empty() || rows.contains(i)) {
         let (observation, _) = read_observation(&Path::new(&folder).join(name))?;
         let model = CompiledModel::new(&ModelDescription::built_in("comprehensive")?)?;
         let fit = Fit::run(observation, model, settings, None, |_| Ok(()))?;

@@ -2,73 +2,19 @@
 
 #[path = "support/cli.rs"]
 mod cli;
+#[path = "support/small_image.rs"]
+mod small_image;
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use cli::Folder;
-use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
-use haloray::io::{ExposureKeywords, ImageFile, Provenance, PsfKernel};
-use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
-use haloray::numerics::random::Stage;
-use haloray::profile::light::Sersic;
-use haloray::profile::mass::{Epl, MassModel};
+use haloray::io::{ImageFile, Provenance, PsfKernel};
 use serde_json::Value;
+use small_image::{MODEL, SIDE};
 
-/// A model of few parameters for the image of [`image`].
-const MODEL: &str = r#"name = "small"
-pixel_sampling = "adaptive" # the PIXSAMP of the image comes first
-
-[[lens]]
-profile = "EPL"
-[lens.parameters]
-theta_E = { uniform = [0.5, 2.0] }
-gamma = 2.1
-e1 = { normal = [0.0, 0.1] }
-e2 = { normal = [0.0, 0.1] }
-
-[[source]]
-profile = "SERSIC"
-[source.parameters]
-R_sersic = { log_normal = [0.3, 0.5] }
-n_sersic = 1.0
-center_x = { uniform = [-0.2, 0.2] }
-center_y = { uniform = [-0.2, 0.2] }
-"#;
-const SIDE: usize = 21;
-
-/// A lensed source on 21×21 pixels of 0.16″.
 fn image() -> ImageFile {
-    let camera = Instrument { pixel_scale_arcsec: 0.16, psf_fwhm_arcsec: 0.16, ..Instrument::default() };
-    let lens = Epl::new(1.1, 2.1, [0.05, -0.08], [0.0, 0.0]).unwrap();
-    let mapping = TidalLens {
-        model: LineOfSightModel::Minimal { od: Tidal::NONE, los: Tidal::NONE },
-        lenses: vec![MassModel::Epl(lens)],
-        time_delay_distance_mpc: f64::NAN,
-    };
-    let source = Sersic::with_flux(camera.flux_e_s(23.0), 0.3, 1.0, [0.0; 2], [0.05, 0.03]).unwrap();
-    let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
-    let grid = SkyGrid::new(SIDE, camera.pixel_scale_arcsec).unwrap();
-    let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)
-        .unwrap();
-    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, (1, 0, Stage::NoiseImage));
-    ImageFile {
-        data: exposure.noisy_e_s,
-        nx: SIDE,
-        ny: SIDE,
-        pixel_scale_arcsec: camera.pixel_scale_arcsec,
-        keywords: ExposureKeywords {
-            exposure_time_s: Some(camera.exposure_s),
-            background_rms_e_per_s: Some(camera.background_rms_e_s()),
-            psf_fwhm_arcsec: Some(camera.psf_fwhm_arcsec),
-            psf_truncation_sigma: Some(camera.psf_truncation_sigma),
-            z_lens: Some(0.5),
-            z_source: Some(1.5),
-            pixel_sampling: Some(PixelSampling::Point),
-        },
-        psf: None,
-        mask: None,
-    }
+    small_image::image([0.0, 0.0], 0)
 }
 
 fn save(folder: &Folder, image: &ImageFile) {
@@ -140,6 +86,16 @@ fn a_fit_that_does_not_converge_keeps_its_results_and_exits_1() {
     assert_eq!(summary["converged"], false);
     assert!(summary["worst_ess"].as_f64().unwrap() < 400.0);
     assert!(!posterior(&folder, "fit").is_empty());
+}
+
+#[test]
+fn a_fit_goes_on_to_the_effective_size_that_is_wanted() {
+    let folder = folder();
+    let output = folder.haloray("fit image.fits --model small.toml -o fit --min-ess 2500 --quiet");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(summary(&folder, "fit")["worst_ess"].as_f64().unwrap() > 2500.0);
+    let arguments = "fit image.fits --model small.toml -o other --min-ess 300";
+    folder.check_failure(2, &folder.haloray(arguments), arguments, &["min_ess is 300", "400 or more"]);
 }
 
 #[test]

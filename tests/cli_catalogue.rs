@@ -1,0 +1,102 @@
+//! `haloray study catalogue` from the command line: fits are never repeated, and what cannot be fitted is left out.
+
+#[path = "support/cli.rs"]
+mod cli;
+#[allow(dead_code, reason = "the side of the image is for other tests")]
+#[path = "support/small_image.rs"]
+mod small_image;
+
+use cli::Folder;
+use haloray::io::Provenance;
+
+const GAMMA_LOS: [[f64; 2]; 3] = [[0.02, -0.01], [-0.03, 0.01], [0.0, 0.03]];
+
+/// Three images with their truths, and two models: one fits, the other's priors exclude everything.
+fn folder() -> Folder {
+    let model = small_image::MODEL.replace(
+        "[[lens]]",
+        "[line_of_sight]\nmodel = \"minimal\"\n[line_of_sight.parameters]\ngamma1_los = { uniform = [-0.5, 0.5] }\n\
+         gamma2_los = { uniform = [-0.5, 0.5] }\n\n[[lens]]",
+    );
+    let model =
+        model.replace("e1 = { normal = [0.0, 0.1] }\ne2 = { normal = [0.0, 0.1] }", "e1 = 0.05\ne2 = -0.08");
+    let steep =
+        model.replace("\"small\"", "\"steep\"").replace("gamma = 2.1", "gamma = { uniform = [3.2, 4.0] }");
+    assert!(steep.contains("3.2") && model.contains("e1 = 0.05"));
+    let mut truth = String::from("image,gamma1_los,gamma2_los,quality\n");
+    for (i, [g1, g2]) in GAMMA_LOS.into_iter().enumerate() {
+        truth += &format!("{i}.fits,{g1},{g2},{}\n", 1000 + i);
+    }
+    let folder = Folder::with(&[("small.toml", &model), ("steep.toml", &steep), ("truth.csv", &truth)]);
+    for (i, gamma_los) in GAMMA_LOS.into_iter().enumerate() {
+        let image = small_image::image(gamma_los, i as u64);
+        image.write(&folder.path(format!("{i}.fits")), &Provenance::new(None, "")).unwrap();
+    }
+    folder
+}
+
+/// Standard output of a command that succeeds.
+fn printed(folder: &Folder, arguments: &str) -> String {
+    let output = folder.haloray(arguments);
+    assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn read(folder: &Folder, file: &str) -> String {
+    std::fs::read_to_string(folder.path(file)).unwrap()
+}
+
+#[test]
+fn a_study_that_was_stopped_repeats_no_fit_and_ends_with_the_same_table() {
+    let folder = folder();
+    let fitted = |text: &str| text.lines().filter(|line| line.contains(".fits  small")).count();
+    assert_eq!(fitted(&printed(&folder, "study catalogue . --models small.toml -o whole")), 3);
+    assert_eq!(fitted(&printed(&folder, "study catalogue . --models small.toml -o parts --first 1")), 1);
+    // What a killed study leaves of a fit that had not ended is no fit.
+    let half = folder.path("parts/fits/small/1_fits.json");
+    std::fs::write(half, "{\"key\":").unwrap();
+    assert_eq!(fitted(&printed(&folder, "study catalogue . --models small.toml -o parts")), 2);
+    assert_eq!(fitted(&printed(&folder, "study catalogue . --models small.toml -o parts")), 0);
+    for file in ["fits.csv", "table.md", "scores.json"] {
+        assert_eq!(
+            read(&folder, &format!("parts/{file}")),
+            read(&folder, &format!("whole/{file}")),
+            "{file}"
+        );
+    }
+    let scores: serde_json::Value = serde_json::from_str(&read(&folder, "whole/scores.json")).unwrap();
+    assert_eq!((&scores[0]["images"], &scores[0]["productive"]), (&3.into(), &3.into()), "{scores}");
+    assert!(scores[0]["largest_residual"].as_f64().unwrap() < 4.0, "{scores}");
+    // Another seed is another study.
+    assert_eq!(
+        fitted(&printed(&folder, "study catalogue . --models small.toml -o parts --first 1 --seed 2")),
+        1
+    );
+}
+
+#[test]
+fn what_cannot_be_fitted_is_named_and_left_out() {
+    let folder = folder();
+    let both = folder.haloray("study catalogue . --models small.toml,steep.toml -o both --first 1");
+    let warnings = String::from_utf8_lossy(&both.stderr);
+    assert!(both.status.success(), "{warnings}");
+    assert!(warnings.contains("no fit of 0.fits with steep") && warnings.contains("below 3"), "{warnings}");
+    assert!(String::from_utf8_lossy(&both.stdout).contains("1 of 2 fits"));
+    let none = folder.haloray("study catalogue . --models steep.toml -o none --first 1");
+    assert_eq!(none.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&none.stderr).contains("number of fits is 0"));
+}
+
+#[test]
+fn a_truth_table_without_what_is_needed_is_refused() {
+    let folder = folder();
+    let arguments = "study catalogue . --models small.toml -o study";
+    for (table, wanted) in [
+        ("image,gamma1_los\n0.fits,0\n", "gamma2_los"),
+        ("image,gamma1_los,gamma2_los\nnone.fits,0,0\n", "none.fits"),
+        ("image,gamma1_los,gamma2_los\n", "truth.csv"),
+    ] {
+        std::fs::write(folder.path("truth.csv"), table).unwrap();
+        folder.check_failure(2, &folder.haloray(arguments), arguments, &[wanted]);
+    }
+}
