@@ -1,6 +1,7 @@
 //! `haloray study catalogue` from the command line: fits are never repeated, and what cannot be fitted is left out.
 
 #[path = "support/cli.rs"]
+#[allow(dead_code, reason = "not every helper is needed here")]
 mod cli;
 #[allow(dead_code, reason = "the side of the image is for other tests")]
 #[path = "support/small_image.rs"]

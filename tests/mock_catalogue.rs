@@ -6,7 +6,8 @@ mod cli;
 
 use haloray::cosmology::Background;
 use haloray::imaging::Instrument;
-use haloray::mock::{HaloMassRule, MockSystem, Protocol, SourceRule};
+use haloray::mock::{HaloMassRule, MockSystem, PerturberRule, Protocol, SourceRule};
+use haloray::profile::light::Sersic;
 use spec_math::cephes64::ndtr;
 
 const SYSTEMS: u64 = 10_000;
@@ -108,6 +109,16 @@ fn check_protocol(protocol: &Protocol) {
         uniform(protocol.perturber_radius, s.perturbers[0].radius_arcsec / s.source.radius_arcsec)
     });
     check("index of a perturber", &|s| uniform([2.0, 6.0], s.perturbers[0].index));
+    let unit = |radius: f64, index: f64| {
+        Sersic::with_flux(1.0, radius, index, [0.0; 2], [0.0; 2]).unwrap().amplitude()
+    };
+    for s in systems.iter() {
+        let (source, own) = (&s.source, &s.perturbers[0]);
+        let amplitude =
+            own.flux * unit(own.radius_arcsec, own.index) / unit(source.radius_arcsec, source.index);
+        assert_eq!(protocol.perturber_brightness, PerturberRule::Amplitude(0.01));
+        assert!((amplitude / 0.01 - 1.0).abs() < 1e-12, "{amplitude}");
+    }
     if protocol.perturber_least_axis_ratio < 1.0 {
         let q = [protocol.perturber_least_axis_ratio, 1.0];
         check("axis ratio of a perturber", &|s| uniform(q, axis_ratio(s.perturbers[0].ellipticity)));

@@ -25,4 +25,4 @@ pub use image_likelihood::{ImageLikelihood, ModelImage};
 pub use latent::{Curvature, LatentLikelihood};
 pub use observation::Observation;
 pub use prior::{Prior, PriorShape};
-pub use start::{Start, find_start};
+pub use start::{Start, climb_from, find_start};

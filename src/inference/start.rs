@@ -94,7 +94,7 @@ fn search_round(likelihood: &ImageLikelihood, seed: u64, round: u64, evaluations
 ///
 /// # Errors
 /// When the model cannot be evaluated there.
-pub(super) fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Start> {
+pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Start> {
     let start = climb(likelihood, latent, &[], FINAL_ITERATIONS).ok_or_else(|| no_model(likelihood))?;
     Ok(follow_valley(likelihood, start))
 }

@@ -4,7 +4,7 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::protocol::{HaloMassRule, Protocol, SourceRule};
+use super::protocol::{HaloMassRule, PerturberRule, Protocol, SourceRule};
 use super::system::{Baryons, Halo, LensedSource, MockSystem, Perturber};
 use crate::constants::{ARCSEC_RAD, GM_SUN_OVER_C2_MPC};
 use crate::cosmology::Background;
@@ -64,8 +64,9 @@ impl MockSystem {
         let source = place.source(protocol, einstein_radius_arcsec, &mut rng)?;
         let mut rng = of(4);
         let [fewest, most] = protocol.perturbers;
-        let perturbers =
-            (0..rng.random_range(fewest..=most)).map(|_| perturber(protocol, &source, &mut rng)).collect();
+        let perturbers = (0..rng.random_range(fewest..=most))
+            .map(|_| perturber(protocol, &source, &mut rng))
+            .collect::<Result<_>>()?;
         let offset = source.centre_arcsec[0].hypot(source.centre_arcsec[1]);
         let width = protocol.image_width * (einstein_radius_arcsec + offset);
         Ok(Self {
@@ -115,11 +116,11 @@ impl Place {
         let radius_arcsec = protocol.radius_at_median_kpc * mass_msun / protocol.mass_median_msun
             * arcsec_per_kpc(self.to_lens_mpc);
         let index = log_normal(rng, protocol.index_median, protocol.index_sd_ln);
-        // Convergence at the half-mass radius of a profile with total Σκ dθ² = 1 arcsec².
-        let unit = Sersic::with_flux(1.0, radius_arcsec, index, [0.0; 2], [0.0; 2])?.amplitude();
+        // A profile of κ = 1 at its half-mass radius has the mass of so many arcsec² of the critical density.
+        let unit_arcsec2 = flux_of_unit_amplitude(radius_arcsec, index)?;
         Ok(Baryons {
             mass_msun,
-            k_eff: mass_msun / self.critical_density_msun_arcsec2() * unit,
+            k_eff: mass_msun / self.critical_density_msun_arcsec2() / unit_arcsec2,
             radius_arcsec,
             index,
             ellipticity: ellipticity(rng, protocol.least_axis_ratio),
@@ -187,15 +188,29 @@ fn einstein_radius(stars: &Baryons, halo: &Halo) -> Result<f64> {
     Ok(bracketed_root(excess, low, high, TOLERANCE).map_or(0.0, f64::exp))
 }
 
-fn perturber(protocol: &Protocol, source: &LensedSource, rng: &mut impl Rng) -> Perturber {
+fn perturber(protocol: &Protocol, source: &LensedSource, rng: &mut impl Rng) -> Result<Perturber> {
     let [x, y] = on_disk(rng, source.radius_arcsec);
-    Perturber {
-        flux: protocol.perturber_flux,
-        radius_arcsec: source.radius_arcsec * uniform(rng, protocol.perturber_radius),
-        index: uniform(rng, [2.0, 6.0]),
+    let radius_arcsec = source.radius_arcsec * uniform(rng, protocol.perturber_radius);
+    let index = uniform(rng, [2.0, 6.0]);
+    let flux = match protocol.perturber_brightness {
+        PerturberRule::Flux(flux) => flux,
+        PerturberRule::Amplitude(amplitude) => {
+            amplitude * flux_of_unit_amplitude(radius_arcsec, index)?
+                / flux_of_unit_amplitude(source.radius_arcsec, source.index)?
+        }
+    };
+    Ok(Perturber {
+        flux,
+        radius_arcsec,
+        index,
         ellipticity: ellipticity(rng, protocol.perturber_least_axis_ratio),
         centre_arcsec: [source.centre_arcsec[0] + x, source.centre_arcsec[1] + y],
-    }
+    })
+}
+
+/// Flux of a Sérsic profile of surface brightness 1 at its half-light radius.
+fn flux_of_unit_amplitude(radius_arcsec: f64, index: f64) -> Result<f64> {
+    Ok(Sersic::with_flux(1.0, radius_arcsec, index, [0.0; 2], [0.0; 2])?.amplitude().recip())
 }
 
 /// M☉ − 2.5 log₁₀(M/Υ).

@@ -31,6 +31,16 @@ pub enum SourceRule {
     Mass,
 }
 
+/// Brightness of a perturber of the source.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PerturberRule {
+    /// Surface brightness at its half-light radius over that of the source at the source's: the text.
+    Amplitude(f64),
+    /// Flux over that of the source: the code.
+    Flux(f64),
+}
+
 /// What mock systems are drawn from. Log-normal quantities are given by median and standard deviation of the logarithm.
 ///
 /// | | `paper` (the authors' code) | `text` (appendix B) |
@@ -42,7 +52,8 @@ pub enum SourceRule {
 /// | perturbers | one to three, round | three, elliptical |
 ///
 /// All else is the same in both. The text does not give the redshift of the source, the size of the images nor that of
-/// the perturbers; they are those of the code. What the text calls their amplitude is their flux in the code. Axis ratios and offsets are drawn for stars, halo and source alike.
+/// the perturbers; they are those of the code that made the released images. Perturbers have 1% of the source's amplitude,
+/// as in the text. In the code it is 1% of the flux, which biases fits that do not know of them (docs/CATALOGUE.md). Axis ratios and offsets are drawn for stars, halo and source alike.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Protocol {
     /// Name of the preset.
@@ -79,10 +90,9 @@ pub struct Protocol {
     pub source: SourceRule,
     /// Sérsic profiles on top of the source: fewest and most.
     pub perturbers: [u32; 2],
-    /// Flux of each relative to the source.
-    pub perturber_flux: f64,
-    /// Half-light radius of each relative to the source, uniform. Down to 0.1, as in an early version of the authors'
-    /// code, the brightest would outshine the source, and fits that do not know of them are biased.
+    /// Brightness of each.
+    pub perturber_brightness: PerturberRule,
+    /// Half-light radius of each relative to the source, uniform.
     pub perturber_radius: [f64; 2],
     /// Their axis ratios are uniform from here to 1.
     pub perturber_least_axis_ratio: f64,
@@ -123,8 +133,8 @@ impl Protocol {
                 magnitude_at_median: -22.0,
             },
             perturbers: [1, 3],
-            perturber_flux: 0.01,
-            perturber_radius: [0.5, 1.0],
+            perturber_brightness: PerturberRule::Amplitude(0.01),
+            perturber_radius: [0.1, 1.0],
             perturber_least_axis_ratio: 1.0,
             largest_shear: 0.03,
             least_einstein_radius_arcsec: 0.5,
