@@ -59,8 +59,7 @@ fn recovery_panel(model: &RecoveryData, component: usize, norm: Norm, with_bar: 
         legend: String::new(),
     })];
     for p in &model.points {
-        // Dark points are the good images.
-        let colour = norm.position(p.log_quality).map_or(Colour::GREY, |t| map.at(1.0 - t));
+        let colour = norm.position(p.log_quality).map_or(Colour::GREY, |t| map.at(t));
         marks.push(Mark::ErrorBars(ErrorBars {
             x: vec![p.input[component]],
             y: vec![p.output[component]],
@@ -73,9 +72,7 @@ fn recovery_panel(model: &RecoveryData, component: usize, norm: Norm, with_bar: 
     let label = |side: &str| format!("γ_{{{}}}^{{LOS, {side}}}", component + 1);
     let x = Axis { limits: Some((-reach, reach)), ..Axis::linear(&label("in")) };
     let y = Axis { limits: Some((-1.6 * reach, 1.6 * reach)), ..Axis::linear(&label("out")) };
-    let (low, high) = norm.limits();
-    let reversed = Norm::Linear { low: high, high: low };
-    let bar = ColourBar { map, norm: reversed, label: "log_{10} Q".into(), side: Side::TopOver(2) };
+    let bar = ColourBar { map, norm, label: "log_{10} Q".into(), side: Side::TopOver(2) };
     let name = super::caption(&model.model, (0.05, 0.92), false);
     marks.push(name);
     Panel { marks, colour_bar: with_bar.then_some(bar), ..Panel::new(x, y) }
@@ -169,6 +166,22 @@ mod tests {
             RecoveryData { model: "a".into(), points: vec![point, other] },
             RecoveryData { model: "b".into(), points: vec![] },
         ]
+    }
+
+    #[test]
+    fn points_have_the_colours_of_the_bar() {
+        let mut models = data();
+        let best = RecoveredPoint { log_quality: 4.5, ..models[0].points[0] };
+        models[0].points.push(best);
+        let panel = &recovery(&models).panels[0];
+        let bar = panel.colour_bar.as_ref().unwrap();
+        assert_eq!(bar.norm.limits(), (3.5, 4.5));
+        let colours: Vec<Colour> = panel
+            .marks
+            .iter()
+            .filter_map(|mark| if let Mark::ErrorBars(bars) = mark { Some(bars.colour) } else { None })
+            .collect();
+        assert_eq!(colours, [bar.map.at(0.0), Colour::GREY, bar.map.at(1.0)]);
     }
 
     #[test]
