@@ -51,9 +51,10 @@ pub enum PerturberRule {
 /// | source | radius log-normal about 3 kpc, M = −22 there, luminosity ∝ area | as the lens's stars |
 /// | perturbers | one to three, round | three, elliptical |
 ///
-/// All else is the same in both. The text does not give the redshift of the source, the size of the images nor that of
-/// the perturbers; they are those of the code that made the released images. Perturbers have 1% of the source's amplitude,
-/// as in the text. In the code it is 1% of the flux, which biases fits that do not know of them (docs/CATALOGUE.md). Axis ratios and offsets are drawn for stars, halo and source alike.
+/// All else is the same in both. Axis ratios and offsets are drawn for stars, halo and source alike. The text does not give
+/// the redshift of the source, the size of the images nor that of the perturbers; they are those of the code that made the
+/// first released images. Perturbers have 1% of the source's amplitude, as in the text. In the code it is 1% of the flux,
+/// which biases fits that do not know of them (docs/CATALOGUE.md).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Protocol {
     /// Name of the preset.
