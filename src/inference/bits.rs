@@ -20,6 +20,23 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<
     values.ok_or_else(|| D::Error::custom("a column of numbers is damaged"))
 }
 
+/// One number.
+pub(super) mod number {
+    use serde::de::Error;
+    use serde::{Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        super::serialize(&[*value], serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        match super::deserialize(deserializer)?.as_slice() {
+            [value] => Ok(*value),
+            _ => Err(D::Error::custom("a number is damaged")),
+        }
+    }
+}
+
 /// Matrices and vectors of nalgebra: rows, columns and the numbers column by column.
 pub(super) mod matrix {
     use nalgebra::{DMatrix, DVector};
@@ -82,6 +99,9 @@ mod tests {
     struct Column(#[serde(with = "super")] Vec<f64>);
 
     #[derive(Serialize, Deserialize)]
+    struct Number(#[serde(with = "super::number")] f64);
+
+    #[derive(Serialize, Deserialize)]
     struct Matrices {
         #[serde(with = "super::matrix")]
         empty: DMatrix<f64>,
@@ -111,5 +131,8 @@ mod tests {
         assert!(values.iter().zip(&back).all(|(a, b)| a.to_bits() == b.to_bits()));
         assert!(serde_json::from_str::<Column>(&text[..text.len() - 2]).is_err());
         assert!(serde_json::from_str::<Column>(&text.replace('9', "x")).is_err());
+        assert!(serde_json::from_str::<Number>(&text).is_err());
+        let one = serde_json::to_string(&Number(f64::NEG_INFINITY)).unwrap();
+        assert_eq!(serde_json::from_str::<Number>(&one).unwrap().0, f64::NEG_INFINITY);
     }
 }

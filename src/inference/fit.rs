@@ -172,18 +172,12 @@ impl Fit {
 
     /// Sum of squared normalised residuals per degree of freedom.
     pub fn chi2_reduced(&self) -> f64 {
-        let residuals = self.normalised_residuals();
-        let used = self.likelihood.observation.pixels_in_use() as f64;
-        let fitted = (self.best_fit.len() + self.image.amplitudes.len()) as f64;
-        residuals.iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>() / (used - fitted).max(1.0)
+        self.likelihood.chi2_reduced(&self.image)
     }
 
-    /// (data − model)/σ of every pixel with σ² = max(model, 0)/t + σ_bg²; not a number where it is not used.
+    /// (data − model)/σ of every pixel; see [`ImageLikelihood::normalised_residuals`].
     pub fn normalised_residuals(&self) -> Vec<f64> {
-        let observation = &self.likelihood.observation;
-        let pixels = observation.data_e_s.iter().zip(&self.image.model_e_s).zip(&observation.used);
-        let variance = |m: f64| m.max(0.0) / observation.exposure_s + observation.background_rms_e_s.powi(2);
-        pixels.map(|((d, m), used)| if *used { (d - m) / variance(*m).sqrt() } else { f64::NAN }).collect()
+        self.likelihood.normalised_residuals(&self.image.model_e_s)
     }
 
     /// The draws of one fitted or derived quantity, chain by chain.

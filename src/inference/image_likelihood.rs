@@ -66,6 +66,26 @@ impl ImageLikelihood {
         })
     }
 
+    /// (data − model)/σ of every pixel with σ² = max(model, 0)/t + σ_bg²; not a number where it is not used.
+    pub fn normalised_residuals(&self, model_e_s: &[f64]) -> Vec<f64> {
+        let observation = &self.observation;
+        let pixels = observation.data_e_s.iter().zip(model_e_s).zip(&observation.used);
+        let variance = |m: f64| m.max(0.0) / observation.exposure_s + observation.background_rms_e_s.powi(2);
+        pixels.map(|((d, m), used)| if *used { (d - m) / variance(*m).sqrt() } else { f64::NAN }).collect()
+    }
+
+    /// Pixels less fitted parameters and amplitudes, at least 1.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        let fitted = self.model.free.len() + self.model.lights();
+        (self.observation.pixels_in_use() as f64 - fitted as f64).max(1.0)
+    }
+
+    /// Sum of squared normalised residuals per degree of freedom.
+    pub fn chi2_reduced(&self, image: &ModelImage) -> f64 {
+        let residuals = self.normalised_residuals(&image.model_e_s);
+        residuals.iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>() / self.degrees_of_freedom()
+    }
+
     /// ∂lnL/∂z from the adjoint images.
     fn gradient(&self, at: &Evaluation, fit: &ImageFit, slopes: &[f64]) -> Vec<f64> {
         let n = self.observation.grid.pixels();

@@ -27,15 +27,20 @@ pub struct Start {
 
 /// Einstein radii tried in a round of guesses, and random shapes for each.
 const RADII: u64 = 10;
-const SHAPES: u64 = 5;
+const SHAPES: u64 = 3;
 /// Rough guesses of a round that are followed with everything free, and the best of those, which are followed to the end.
-const FREED: usize = 25;
-const FINALISTS: usize = 5;
-/// Iterations of each stage of a rough search, and of the final one.
+const FREED: usize = 12;
+const FINALISTS: usize = 4;
+/// Fractions of the pixels that are fainter than the noise which the stages before the final one take for granted.
+const NOISE_ABOVE: [f64; 2] = [0.99, 0.9];
+/// Iterations of each stage of a rough search, and of later ones.
 const ROUGH_ITERATIONS: usize = 12;
-const FINAL_ITERATIONS: usize = 40;
-/// Rounds of guesses after which the best is taken although it was found only once.
-const MOST_ROUNDS: u64 = 6;
+const MIDDLE_ITERATIONS: usize = 40;
+const FINAL_ITERATIONS: usize = 80;
+/// Rounds of guesses after which the best is taken although it was found only once, and those after which it is taken if
+/// it was found twice although it leaves more than noise.
+const MOST_ROUNDS: u64 = 10;
+const ROUNDS_OF_MISFIT: u64 = 3;
 /// Maxima whose ln p differ by less are the same.
 const SAME: f64 = 1.0;
 /// Spread of the guesses for what the image says nothing about beforehand, in latent standard deviations.
@@ -45,7 +50,12 @@ const GUESS_SPREAD: f64 = 0.25;
 ///
 /// Sizes are guessed from the image: Einstein radii from 3 pixels to its edge in logarithmic steps, source radii as a
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
-/// guessed around its prior median. Rounds of guesses go on until the highest maximum has been reached from two of them.
+/// guessed around its prior median. Rounds of guesses go on until the highest maximum has been reached from two of them;
+/// at least three rounds where its χ² is above what noise leaves.
+///
+/// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
+/// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as
+/// all but the brightest hundredth of the pixels, then as all but the brightest tenth, and end with the noise there is.
 ///
 /// # Errors
 /// When the model cannot be evaluated at any guess: priors that exclude everything.
@@ -55,12 +65,22 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
     for round in 0..MOST_ROUNDS {
         finals.extend(search_round(likelihood, seed, round, &mut evaluations));
         finals.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
-        if finals.get(1).is_some_and(|second| finals[0].log_posterior - second.log_posterior < SAME) {
+        let is_found_twice =
+            finals.get(1).is_some_and(|second| finals[0].log_posterior - second.log_posterior < SAME);
+        if is_found_twice && (round + 1 >= ROUNDS_OF_MISFIT || leaves_noise(likelihood, &finals[0])) {
             break;
         }
     }
     let best = finals.into_iter().next().ok_or_else(|| no_model(likelihood))?;
     Ok(Start { evaluations, ..best })
+}
+
+/// Whether the χ² of a maximum is one that noise leaves: less than three of its deviations, √(2/N) per degree of freedom,
+/// above one.
+fn leaves_noise(likelihood: &ImageLikelihood, start: &Start) -> bool {
+    let image = likelihood.image(&likelihood.model.at_latent(&start.latent).0);
+    let most = 1.0 + 3.0 * (2.0 / likelihood.degrees_of_freedom()).sqrt();
+    image.is_some_and(|image| likelihood.chi2_reduced(&image) < most)
 }
 
 /// The finalists of one round of guesses.
@@ -73,21 +93,53 @@ fn search_round(likelihood: &ImageLikelihood, seed: u64, round: u64, evaluations
         climbs.truncate(most);
         climbs
     };
-    // First with the line of sight empty and the sources smooth, whose cusps would hold on to the first pixels they meet.
+    let noisier: Vec<ImageLikelihood> = match round % 2 {
+        0 => NOISE_ABOVE.iter().map(|fraction| with_noise_above(likelihood, *fraction)).collect(),
+        _ => vec![],
+    };
+    let first = noisier.first().unwrap_or(likelihood);
+    // First with the line of sight empty and the sources smooth.
     let held = held_at_first(likelihood);
     let smooth = numbers
         .into_par_iter()
-        .filter_map(|i| climb(likelihood, guess(likelihood, seed, i), &held, ROUGH_ITERATIONS))
+        .filter_map(|i| climb(first, guess(likelihood, seed, i), &held, ROUGH_ITERATIONS))
         .collect();
     let free = best(smooth, FREED)
         .into_par_iter()
-        .filter_map(|start| climb(likelihood, start.latent, &[], ROUGH_ITERATIONS))
+        .filter_map(|start| climb(first, start.latent, &[], ROUGH_ITERATIONS))
         .collect();
     let finals = best(free, FINALISTS)
         .into_par_iter()
-        .filter_map(|start| climb_from(likelihood, start.latent).ok())
+        .filter_map(|start| climb_in_stages(&noisier, likelihood, start.latent))
         .collect();
     best(finals, FINALISTS)
+}
+
+/// The likelihood as if its noise were at least as bright as that fraction of the pixels.
+fn with_noise_above(likelihood: &ImageLikelihood, fraction: f64) -> ImageLikelihood {
+    let mut likelihood = likelihood.clone();
+    let observation = &mut likelihood.observation;
+    let used = observation.data_e_s.iter().zip(&observation.used).filter(|(_, used)| **used);
+    let mut fluxes: Vec<f64> = used.map(|(flux, _)| *flux).collect();
+    fluxes.sort_by(f64::total_cmp);
+    let brightness = fluxes.get((fraction * fluxes.len() as f64) as usize).copied().unwrap_or(0.0);
+    observation.background_rms_e_s = observation.background_rms_e_s.max(brightness);
+    likelihood
+}
+
+fn climb_in_stages(
+    stages: &[ImageLikelihood],
+    last: &ImageLikelihood,
+    mut latent: Vec<f64>,
+) -> Option<Start> {
+    let mut evaluations = 0;
+    for stage in stages {
+        let top = climb(stage, latent, &[], MIDDLE_ITERATIONS)?;
+        evaluations += top.evaluations;
+        latent = top.latent;
+    }
+    let top = climb_from(last, latent).ok()?;
+    Some(Start { evaluations: top.evaluations + evaluations, ..top })
 }
 
 /// Climbs again from a known place, as after a change of the mesh.
@@ -186,7 +238,7 @@ fn climb(
     iterations: usize,
 ) -> Option<Start> {
     /// A latent coordinate moves by no more than this at once.
-    const LONGEST: f64 = 1.0;
+    const LONGEST: f64 = 0.5;
     /// Gain of ln p below which the climb ends, and the damping above which no step helps.
     const SMALLEST_GAIN: f64 = 1e-4;
     const MOST_DAMPING: f64 = 1e8;

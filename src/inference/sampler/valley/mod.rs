@@ -15,10 +15,11 @@
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
-//!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795).
+//!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight
+//!   would hold the chain where it is; Metropolis steps of t at the same s, after each proposal, lead it back.
 
-mod across;
 mod monomials;
+mod place;
 mod surrogate;
 mod trajectory;
 
@@ -29,13 +30,13 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use self::across::{Across, normal, tries_for};
+use self::place::{Place, normal, tries_for};
 use self::surrogate::{Known, Surrogate};
 use self::trajectory::{leapfrog, steps};
-use super::bits;
 use super::chains::{Chain, Chains};
 use super::target::Problem;
 use crate::error::{Error, Result, require};
+use crate::inference::bits;
 use crate::inference::floor::{Axes, Floor};
 use crate::inference::{Curvature, LatentLikelihood};
 use crate::numerics::random::{Stage, stream};
@@ -52,6 +53,8 @@ const HELD_UP: usize = 12;
 const MOST_SLOW: usize = 12;
 /// Curvatures after which the search for a floor is given up.
 const MOST_CURVATURES: u64 = 30;
+/// Steps of t after each proposal.
+const STEPS_ACROSS: u64 = 3;
 /// Deviation of ln w above which another direction is taken as slow.
 const WIDEST_WEIGHTS: f64 = 1.0;
 
@@ -111,18 +114,6 @@ pub(super) struct ValleyState {
     pub evaluations: u64,
 }
 
-/// Where a chain is.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Place {
-    #[serde(with = "bits::matrix")]
-    s: DVector<f64>,
-    #[serde(with = "bits::matrix")]
-    z: DVector<f64>,
-    /// ln m(s), ln of the mean weight, and ln L(z).
-    #[serde(with = "bits")]
-    densities: Vec<f64>,
-}
-
 /// What one chain brings back from a block.
 struct Leg {
     place: Place,
@@ -164,9 +155,9 @@ impl ValleyState {
             let origin = DVector::zeros(slow);
             let floor = axes.floor(likelihood, &origin, guess, MOST_CURVATURES, &mut evaluations);
             if let Some(floor) = floor {
-                let across = Across::draw(likelihood, &axes, &origin, &floor, TRIALS, &mut rng);
+                let (_, spread) = Place::draw(likelihood, &axes, origin, &floor, TRIALS, &mut rng);
                 evaluations += TRIALS as u64;
-                if across.spread < WIDEST_WEIGHTS || slow >= dimension.min(MOST_SLOW) {
+                if spread < WIDEST_WEIGHTS || slow >= dimension.min(MOST_SLOW) {
                     break (axes, floor);
                 }
             }
@@ -179,10 +170,7 @@ impl ValleyState {
         let origin = DVector::zeros(slow);
         let tries = 8;
         let places: Vec<Place> = (0..settings.chains)
-            .map(|_| {
-                let across = Across::draw(likelihood, &axes, &origin, &floor, tries, &mut rng);
-                Place::new(origin.clone(), &floor, across)
-            })
+            .map(|_| Place::draw(likelihood, &axes, origin.clone(), &floor, tries, &mut rng).0)
             .collect();
         if places.iter().any(|place| !place.log_weight().is_finite()) {
             return Err(nowhere());
@@ -260,8 +248,12 @@ impl ValleyState {
         for _ in 0..draws {
             refused = if self.propose(likelihood, &mut leg, &mut rng) { 0 } else { refused + 1 };
             leg.held_up = leg.held_up.max(refused);
-            let Place { s, z, .. } = &leg.place;
-            leg.chain.push(z.as_slice(), leg.place.log_likelihood());
+            for _ in 0..STEPS_ACROSS {
+                leg.place.step(likelihood, &self.axes, &mut rng);
+            }
+            leg.evaluations += STEPS_ACROSS;
+            let Place { s, z, log_likelihood, .. } = &leg.place;
+            leg.chain.push(z.as_slice(), *log_likelihood);
             leg.visited.extend(s.iter());
         }
         leg
@@ -270,7 +262,7 @@ impl ValleyState {
     /// One trajectory, accepted or not; false if the marginal refused it.
     fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) -> bool {
         let momentum = normal(leg.place.s.len(), rng);
-        let before = leg.place.log_marginal() - 0.5 * momentum.norm_squared();
+        let before = leg.place.log_marginal - 0.5 * momentum.norm_squared();
         let start = self.surrogate.x(&leg.place.s);
         let Some((x, momentum)) = leapfrog(&self.surrogate, start, momentum, steps(rng)) else {
             return false;
@@ -284,10 +276,9 @@ impl ValleyState {
         if rng.random::<f64>().ln() >= gain {
             return false;
         }
-        let across = Across::draw(likelihood, &self.axes, &s, &floor, self.tries, rng);
+        let (place, spread) = Place::draw(likelihood, &self.axes, s, &floor, self.tries, rng);
         leg.evaluations += self.tries as u64;
-        leg.spreads.push(across.spread);
-        let place = Place::new(s, &floor, across);
+        leg.spreads.push(spread);
         if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
             leg.place = place;
         }
@@ -312,25 +303,6 @@ impl ValleyState {
         if let Some(surrogate) = Surrogate::fit(centre, factor, &self.known) {
             self.surrogate = surrogate;
         }
-    }
-}
-
-impl Place {
-    fn new(s: DVector<f64>, floor: &Floor, across: Across) -> Self {
-        let log_likelihood = across.log_likelihood;
-        Self { s, z: across.z, densities: vec![floor.log_marginal(), across.log_weight, log_likelihood] }
-    }
-
-    fn log_marginal(&self) -> f64 {
-        self.densities[0]
-    }
-
-    fn log_weight(&self) -> f64 {
-        self.densities[1]
-    }
-
-    fn log_likelihood(&self) -> f64 {
-        self.densities[2]
     }
 }
 
