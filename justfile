@@ -68,6 +68,10 @@ bench-lens: oracle-setup
 calibration:
     cargo run --release -- study calibration -n 200 -o calibration
 
+# do blind starts find the truth? 100 images around Table 1 under flat priors (docs/FIT.md)
+blind-starts:
+    cargo run --release --example blind_starts
+
 # section 3: 64 images fitted with four models, about two hours (docs/CATALOGUE.md)
 catalogue:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
@@ -78,9 +82,10 @@ chains:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
     cargo run --release --example chains_from_the_truth -- catalogue 0 4 18 39
 
-# a lenstronomy image fitted by haloray and by emcee on lenstronomy's likelihood; writes docs/FIT.md
+# a lenstronomy image fitted by haloray and by emcee on lenstronomy's likelihood; writes docs/FIT_SPEED.md
 bench-fit: oracle-setup
     .venv/bin/pip install --quiet emcee==3.1.6
     cargo build --release
     bench=$(cargo bench --bench fit --no-run 2>&1 | sed -n 's/.*(\(.*fit-[0-9a-f]*\))/\1/p') && \
-    .venv/bin/python data/oracle/bench_fit.py --binary target/release/haloray --bench "$bench" --summary docs/FIT.md
+    .venv/bin/python data/oracle/bench_fit.py --binary target/release/haloray --bench "$bench" \
+        --samplers valley,nuts --min-ess 1500 --summary docs/FIT_SPEED.md
