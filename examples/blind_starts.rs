@@ -50,7 +50,9 @@ const HALF_WIDTH: f64 = 1.6;
 
 fn main() -> Result<()> {
     let model = CompiledModel::new(&ModelDescription::built_in("simple-minimal")?)?;
-    println!("| image | converged | in the mode of the truth | largest offset, σ | χ² per degree of freedom |");
+    println!(
+        "| image | converged | in the mode of the truth | largest offset, σ | χ² per degree of freedom |"
+    );
     println!("|---|---|---|---|---|");
     let fits: Vec<(bool, f64)> = (0..IMAGES)
         .into_par_iter()
@@ -89,8 +91,9 @@ fn mock(model: &CompiledModel, number: u64) -> Result<(Observation, Vec<f64>)> {
         of(&p.name).ok_or_else(|| Error::out_of_range("a free parameter", &p.name, "one that is drawn"))
     });
     let truths = truths.collect::<Result<Vec<f64>>>()?;
-    let value =
-        |name: &str| model.value_of(name, &truths).ok_or_else(|| Error::out_of_range(name, "missing", "known"));
+    let value = |name: &str| {
+        model.value_of(name, &truths).ok_or_else(|| Error::out_of_range(name, "missing", "known"))
+    };
     let pair = |a: &str, b: &str| -> Result<[f64; 2]> { Ok([value(a)?, value(b)?]) };
     let tidal = |[g1, g2]: [f64; 2], omega| Tidal { kappa: 0.0, gamma: Complex::new(g1, g2), omega };
     let (shape, centre) = (pair("lens.e1", "lens.e2")?, pair("lens.center_x", "lens.center_y")?);
