@@ -120,13 +120,6 @@ fn mock(model: &CompiledModel, number: u64) -> Result<(Observation, Vec<f64>)> {
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
     let noise = (SEED, number, Stage::NoiseImage);
     let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise);
-    let observation = Observation {
-        grid,
-        used: vec![true; exposure.noisy_e_s.len()],
-        data_e_s: exposure.noisy_e_s,
-        background_rms_e_s: camera.background_rms_e_s(),
-        exposure_s: camera.exposure_s,
-        psf,
-    };
+    let observation = Observation::of_camera(grid, exposure.noisy_e_s, &camera, psf);
     Ok((observation, truths))
 }

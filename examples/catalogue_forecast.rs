@@ -100,14 +100,7 @@ fn climb(
     let exposure = MockImage::expose(system, camera, &psf, PixelSampling::Point, SEED)?.exposure;
     let likelihood = ImageLikelihood {
         mesh: Mesh::of_centres(&exposure.grid),
-        observation: Observation {
-            used: vec![true; exposure.noise_free_e_s.len()],
-            grid: exposure.grid,
-            data_e_s: exposure.noise_free_e_s,
-            background_rms_e_s: camera.background_rms_e_s(),
-            exposure_s: camera.exposure_s,
-            psf,
-        },
+        observation: Observation::of_camera(exposure.grid, exposure.noise_free_e_s, camera, psf),
         model: model.clone(),
         kind: LikelihoodKind::Gaussian,
     };

@@ -17,14 +17,7 @@ fn starts_as_high_as_from_the_truth(number: u64) {
     let exposure = MockImage::expose(&system, &camera, &psf, PixelSampling::Point, SEED).unwrap().exposure;
     let likelihood = ImageLikelihood {
         mesh: Mesh::of_centres(&exposure.grid),
-        observation: Observation {
-            used: vec![true; exposure.noisy_e_s.len()],
-            grid: exposure.grid,
-            data_e_s: exposure.noisy_e_s,
-            background_rms_e_s: camera.background_rms_e_s(),
-            exposure_s: camera.exposure_s,
-            psf,
-        },
+        observation: Observation::of_camera(exposure.grid, exposure.noisy_e_s, &camera, psf),
         model: CompiledModel::new(&ModelDescription::built_in("comprehensive").unwrap()).unwrap(),
         kind: LikelihoodKind::Gaussian,
     };

@@ -1,7 +1,7 @@
 //! The image to fit, with what is known of its noise and PSF.
 
 use crate::error::{Error, Result, require};
-use crate::imaging::{Psf, SkyGrid};
+use crate::imaging::{Instrument, Psf, SkyGrid};
 
 /// A square image in e⁻/s with its noise model and PSF.
 #[derive(Debug, Clone)]
@@ -21,6 +21,18 @@ pub struct Observation {
 }
 
 impl Observation {
+    /// What `camera` took through `psf`, every pixel in use; fluxes in e⁻/s, row-major (y, x).
+    pub fn of_camera(grid: SkyGrid, data_e_s: Vec<f64>, camera: &Instrument, psf: Psf) -> Self {
+        Self {
+            grid,
+            used: vec![true; data_e_s.len()],
+            data_e_s,
+            background_rms_e_s: camera.background_rms_e_s(),
+            exposure_s: camera.exposure_s,
+            psf,
+        }
+    }
+
     /// Checks sizes and numbers.
     ///
     /// # Errors

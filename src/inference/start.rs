@@ -37,21 +37,24 @@ const NOISE_ABOVE: [f64; 2] = [0.99, 0.9];
 const ROUGH_ITERATIONS: usize = 12;
 const MIDDLE_ITERATIONS: usize = 40;
 const FINAL_ITERATIONS: usize = 80;
-/// Rounds of guesses after which the best is taken although it was found only once, and those after which it is taken if
-/// it was found twice although it leaves more than noise.
+/// Rounds of guesses after which the best is taken whatever it is, and those after which it is taken if it was found twice
+/// although it leaves more than noise, but not a χ² per degree of freedom above the last number.
 const MOST_ROUNDS: u64 = 10;
 const ROUNDS_OF_MISFIT: u64 = 3;
+const GROSS_MISFIT: f64 = 2.0;
 /// Maxima whose ln p differ by less are the same.
 const SAME: f64 = 1.0;
-/// Spread of the guesses for what the image says nothing about beforehand, in latent standard deviations.
+/// Spread of the guesses for what the image says nothing about beforehand, in latent standard deviations, and that in rounds
+/// after [`ROUNDS_OF_MISFIT`].
 const GUESS_SPREAD: f64 = 0.25;
+const LATE_SPREAD: f64 = 1.0;
 
 /// Searches the posterior's highest maximum.
 ///
 /// Sizes are guessed from the image: Einstein radii from 3 pixels to its edge in logarithmic steps, source radii as a
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
-/// guessed around its prior median. Rounds of guesses go on until the highest maximum has been reached from two of them;
-/// at least three rounds where its χ² is above what noise leaves.
+/// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum has
+/// been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
 ///
 /// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
 /// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as
@@ -67,7 +70,7 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
         finals.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
         let is_found_twice =
             finals.get(1).is_some_and(|second| finals[0].log_posterior - second.log_posterior < SAME);
-        if is_found_twice && (round + 1 >= ROUNDS_OF_MISFIT || leaves_noise(likelihood, &finals[0])) {
+        if is_found_twice && round + 1 >= fewest_rounds(likelihood, &finals[0]) {
             break;
         }
     }
@@ -75,12 +78,16 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
     Ok(Start { evaluations, ..best })
 }
 
-/// Whether the χ² of a maximum is one that noise leaves: less than three of its deviations, √(2/N) per degree of freedom,
-/// above one.
-fn leaves_noise(likelihood: &ImageLikelihood, start: &Start) -> bool {
+/// Rounds before which a maximum that was found twice is not taken: more, the more its χ² is above what noise leaves, less
+/// than three of its deviations, √(2/N) per degree of freedom, above one.
+fn fewest_rounds(likelihood: &ImageLikelihood, start: &Start) -> u64 {
     let image = likelihood.image(&likelihood.model.at_latent(&start.latent).0);
-    let most = 1.0 + 3.0 * (2.0 / likelihood.degrees_of_freedom()).sqrt();
-    image.is_some_and(|image| likelihood.chi2_reduced(&image) < most)
+    let of_noise = 1.0 + 3.0 * (2.0 / likelihood.degrees_of_freedom()).sqrt();
+    match image.map(|image| likelihood.chi2_reduced(&image)) {
+        Some(chi2) if chi2 < of_noise => 1,
+        Some(chi2) if chi2 < GROSS_MISFIT => ROUNDS_OF_MISFIT,
+        _ => MOST_ROUNDS,
+    }
 }
 
 /// The finalists of one round of guesses.
@@ -167,6 +174,8 @@ fn guess(likelihood: &ImageLikelihood, seed: u64, number: u64) -> Vec<f64> {
     let einstein_radius = 3.0 * pixel * (edge / (3.0 * pixel)).max(1.0).powf(step);
     let mut rng = stream(seed, number, Stage::Start, 0);
     let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
+    let is_late = number / (RADII * SHAPES) >= ROUNDS_OF_MISFIT;
+    let spread = if is_late { LATE_SPREAD } else { GUESS_SPREAD };
     let free = likelihood.model.free.iter();
     let latent: Vec<f64> = free
         .map(|parameter| {
@@ -182,8 +191,7 @@ fn guess(likelihood: &ImageLikelihood, seed: u64, number: u64) -> Vec<f64> {
                 ("", _) => Some(0.0),
                 _ => None,
             };
-            own_guess
-                .map_or_else(|| GUESS_SPREAD * random(), |v| parameter.prior.to_latent(v).clamp(-5.0, 5.0))
+            own_guess.map_or_else(|| spread * random(), |v| parameter.prior.to_latent(v).clamp(-5.0, 5.0))
         })
         .collect();
     with_einstein_radius(likelihood, latent, einstein_radius)

@@ -131,14 +131,8 @@ pub fn advantage(
     let (exposure, instrument) = (&image.exposure, &image.instrument);
     let mut fit = |name: &str| {
         let description = ModelDescription::built_in(name)?;
-        let observation = Observation {
-            grid: exposure.grid,
-            data_e_s: exposure.noisy_e_s.clone(),
-            used: vec![true; exposure.noisy_e_s.len()],
-            background_rms_e_s: instrument.background_rms_e_s(),
-            exposure_s: instrument.exposure_s,
-            psf: psf(instrument)?,
-        };
+        let data = exposure.noisy_e_s.clone();
+        let observation = Observation::of_camera(exposure.grid, data, instrument, psf(instrument)?);
         let settings = FitSettings {
             likelihood: description.likelihood,
             pixel_sampling: PixelSampling::Point,

@@ -10,6 +10,10 @@ use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Sheets};
 use haloray::mapping::{Mapping, Order};
 use haloray::pipeline::{Silent, populate};
 
+/// As the command has it.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 const Z_SOURCE: f64 = 1.5;
 const ACCURACIES: [Accuracy; 2] = [Accuracy::EXACT, Accuracy::WithinArcsec(1e-7)];
 const ORDERS: [Order; 3] = [Order::Position, Order::Jacobian, Order::SecondDerivatives];

@@ -1,9 +1,12 @@
 //! From a survey to a tile, and from a tile to the survey of a narrower one.
 
-use super::chebyshev::{Basis, Jet, LANES, Series, fine_number};
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+use super::chebyshev::{Basis, Jet, Series, fine_number};
 use super::field::Field;
 use super::kick::Kick;
-use super::survey::{FINE_NODES, ROW_NODES, Rough, Spot, Survey, rays, row_nodes};
+use super::survey::{EDGE_NODES, FINE_NODES, ROW_NODES, Rough, Spot, Survey, rays, row_nodes};
 use super::tile::{Event, Met, Tile};
 use super::way::{Linear, Rows, Way, apply, kick};
 use crate::mapping::Order;
@@ -40,12 +43,12 @@ impl<'a> Tile<'a> {
         let is_rough = |event: &Event, met: &Met| match &event.kick {
             Kick::Lens(..) => true,
             Kick::Halo(plane) => {
-                let spot = Spot::of(met.theta_arcsec.iter().copied());
-                let halo = |(t, k): (&[f64; 2], &[f64; 2])| {
-                    [0, 1].map(|c| k[c] + plane.f_sheet * t[c]).iter().map(|k| k * k).sum::<f64>()
+                let spot = Spot::of(EDGE_NODES.iter().map(|i| met.theta_arcsec[*i]));
+                let halo = |i: &usize| {
+                    let (t, k) = (met.theta_arcsec[*i], met.kick_arcsec[*i]);
+                    (0..2).map(|c| (k[c] + plane.f_sheet * t[c]).powi(2)).sum::<f64>()
                 };
-                let alpha =
-                    met.theta_arcsec.iter().zip(&met.kick_arcsec).map(halo).fold(0.0, f64::max).sqrt();
+                let alpha = EDGE_NODES.iter().map(halo).fold(0.0, f64::max).sqrt();
                 spot.is_rough(plane, alpha, tolerance_arcsec)
             }
         };
@@ -69,7 +72,7 @@ fn narrower_rows(
     let mut linear = [Linear::identity(); ROW_NODES];
     let mut all = Vec::new();
     for ((event, met), keep) in tile.events.iter().zip(met).zip(keep) {
-        event.rows.at::<0>(&basis, &mut jet);
+        sum_rows(&event.rows, &basis, &mut jet);
         if *keep {
             all.push(std::array::from_fn(|i| linear[i].rows(&rows_of(&jet, i))));
         }
@@ -80,8 +83,14 @@ fn narrower_rows(
             }
         }
     }
-    tile.end_rows.at::<0>(&basis, &mut jet);
+    sum_rows(&tile.end_rows, &basis, &mut jet);
     (all, std::array::from_fn(|i| linear[i].rows(&rows_of(&jet, i))))
+}
+
+#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn sum_rows(rows: &Series<8>, basis: &Basis, jet: &mut Jet<8>) {
+    rows.at::<0>(basis, jet);
 }
 
 fn rows_of(jet: &Jet<8>, i: usize) -> Rows {
@@ -90,49 +99,61 @@ fn rows_of(jet: &Jet<8>, i: usize) -> Rows {
 
 /// Interpolates rows, and what rough kicks leave of the paths.
 fn build<'a>(survey: &Survey<'a>, way: Way, accuracy: f64) -> Tile<'a> {
+    /// Events that are worth a thread of their own.
+    const MANY: usize = 64;
     let square = &survey.square;
-    let nodes = &survey.theta_arcsec[..FINE_NODES];
-    let bases: Vec<Basis> = nodes.chunks(LANES).map(|block| Basis::at::<0>(square, block)).collect();
+    let all = survey.rough.par_iter().with_min_len(MANY);
+    let interpolated: Vec<(Series<8>, [Rows; FINE_NODES])> =
+        all.clone().map(|rough| rows(&rough.rows, way.weight(rough.kick.chi_cmpc()), accuracy)).collect();
+    // What is left of the paths needs all kicks before.
     let mut z = [[0.0; 4]; FINE_NODES];
-    let mut events = Vec::with_capacity(survey.rough.len());
-    for rough in &survey.rough {
-        let w = way.weight(rough.kick.chi_cmpc());
-        let kicks = &rough.met.kick_arcsec[..FINE_NODES];
-        let (rows, at_nodes) = rows(&rough.rows, w, accuracy, &bases);
-        let path = path(&rough.met.theta_arcsec, &at_nodes, &z, PATH_SHARE * accuracy);
-        for (i, z) in z.iter_mut().enumerate() {
-            kick(&at_nodes[i], w, kicks[i], z);
-        }
-        let image_arcsec = image(square, &rough.kick, &rough.met.theta_arcsec);
-        let kick_range = Spot::of(kicks.iter().copied()).radius_arcsec;
-        events.push(Event { kick: rough.kick, path, rows, image_arcsec, contrast_arcsec: kick_range });
-    }
-    let (end_rows, at_nodes) = rows(&survey.end_rows, 1.0, accuracy, &bases);
-    let end = path(&survey.beta_arcsec, &at_nodes, &z, END_SHARE * accuracy);
+    // S = θ − Qz.
+    let left = |theta: &[[f64; 2]], rows: &[Rows; FINE_NODES], z: &[[f64; 4]; FINE_NODES]| {
+        std::array::from_fn(|i| {
+            let moved = apply(&rows[i], &z[i]);
+            [theta[i][0] - moved[0], theta[i][1] - moved[1]]
+        })
+    };
+    let paths: Vec<[[f64; 2]; FINE_NODES]> = survey
+        .rough
+        .iter()
+        .zip(&interpolated)
+        .map(|(rough, (_, rows))| {
+            let path = left(&rough.met.theta_arcsec, rows, &z);
+            let w = way.weight(rough.kick.chi_cmpc());
+            for (i, z) in z.iter_mut().enumerate() {
+                kick(&rows[i], w, rough.met.kick_arcsec[i], z);
+            }
+            path
+        })
+        .collect();
+    let events = all
+        .zip(interpolated)
+        .zip(paths)
+        .map(|((rough, (rows, _)), path)| Event {
+            kick: rough.kick,
+            path: Series::fine(&path, [1.0; 2], PATH_SHARE * accuracy),
+            rows,
+            image_arcsec: image(square, &rough.kick, &rough.met.theta_arcsec),
+            contrast_arcsec: Spot::of(rough.met.kick_arcsec[..FINE_NODES].iter().copied()).radius_arcsec,
+        })
+        .collect();
+    let (end_rows, at_nodes) = rows(&survey.end_rows, 1.0, accuracy);
+    let end = Series::fine(&left(&survey.beta_arcsec, &at_nodes, &z), [1.0; 2], END_SHARE * accuracy);
     Tile { square: survey.square, way, events, end, end_rows, bound_arcsec: 0.0 }
 }
 
 /// Interpolated rows, and their values at the fine nodes.
-fn rows(rows: &[Rows; ROW_NODES], w: f64, accuracy: f64, bases: &[Basis]) -> (Series<8>, Vec<Rows>) {
+fn rows(rows: &[Rows; ROW_NODES], w: f64, accuracy: f64) -> (Series<8>, [Rows; FINE_NODES]) {
     let flat = rows.map(|[x, y]| std::array::from_fn(|q| if q < 4 { x[q] } else { y[q - 4] }));
     let scale = std::array::from_fn(|q| if q % 4 < 2 { 1.0 } else { w });
     let series = Series::coarse(&flat, scale, ROWS_SHARE * accuracy);
-    let at_nodes = series.at_all(bases).into_iter().map(unflattened).collect();
+    let at_nodes = series.at_nodes().map(unflattened);
     (series, at_nodes)
 }
 
 fn unflattened(q: [f64; 8]) -> Rows {
     [[q[0], q[1], q[2], q[3]], [q[4], q[5], q[6], q[7]]]
-}
-
-/// S = θ − Qz, interpolated.
-fn path(theta: &[[f64; 2]], rows: &[Rows], z: &[[f64; 4]; FINE_NODES], tolerance: f64) -> Series<2> {
-    let at = |i: usize| {
-        let moved = apply(&rows[i], &z[i]);
-        [theta[i][0] - moved[0], theta[i][1] - moved[1]]
-    };
-    let values: [[f64; 2]; FINE_NODES] = std::array::from_fn(at);
-    Series::fine(&values, [1.0; 2], tolerance)
 }
 
 /// The direction in which a halo's centre is seen, to first order from the corners of the square.

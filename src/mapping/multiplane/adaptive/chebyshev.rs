@@ -10,8 +10,6 @@ use super::field::Field;
 pub(super) const LANES: usize = 32;
 /// One number a ray.
 pub(super) type Lanes = [f64; LANES];
-/// Lanes that stay in registers while a series is summed.
-const CHUNK: usize = 16;
 
 /// Nodes a side of the finer grid: paths of rays are of degree 8 in each coordinate.
 pub(super) const SIDE: usize = 9;
@@ -33,6 +31,10 @@ fn weights<const N: usize>() -> [[f64; N]; N] {
 
 static FINE: LazyLock<[[f64; SIDE]; SIDE]> = LazyLock::new(weights);
 static COARSE: LazyLock<[[f64; ROW_SIDE]; ROW_SIDE]> = LazyLock::new(weights);
+
+/// T_a at node k of the finer grid.
+static NODES: LazyLock<[[f64; SIDE]; SIDE]> =
+    LazyLock::new(|| std::array::from_fn(|a| std::array::from_fn(|k| cosine(SIDE, a * k))));
 
 /// The nodes cos(πk/8) of the finer grid on a square, x fastest.
 pub(super) fn nodes(square: &Field) -> Vec<[f64; 2]> {
@@ -107,11 +109,11 @@ impl<const C: usize> Jet<C> {
     }
 }
 
-/// `C` functions Σ c_ab T_a(x)T_b(y), a + b ≤ degree; terms function by function, b fastest.
+/// `C` functions Σ c_ab T_a(x)T_b(y), a + b ≤ degree; b fastest.
 pub(super) struct Series<const C: usize> {
     side: usize,
     degree: usize,
-    terms: Vec<f64>,
+    terms: Vec<[f64; C]>,
 }
 
 impl<const C: usize> Series<C> {
@@ -144,45 +146,77 @@ impl<const C: usize> Series<C> {
     }
 
     fn of_degree<const N: usize>(grid: &[[[f64; C]; N]; N], degree: usize) -> Self {
-        let mut terms = Vec::new();
-        for c in 0..C {
-            for (a, row) in grid.iter().enumerate().take(degree + 1) {
-                terms.extend(row.iter().take(degree + 1 - a).map(|term| term[c]));
-            }
+        let mut terms = Vec::with_capacity(N * N);
+        for (a, row) in grid.iter().enumerate().take(degree + 1) {
+            terms.extend(row.iter().take(degree + 1 - a));
         }
         Self { side: N, degree, terms }
-    }
-
-    /// Values for all rays of some blocks.
-    pub fn at_all(&self, blocks: &[Basis]) -> Vec<[f64; C]> {
-        let mut jet = Jet::zero();
-        let mut all = Vec::with_capacity(blocks.len() * LANES);
-        for basis in blocks {
-            self.at::<0>(basis, &mut jet);
-            all.extend((0..LANES).map(|i| std::array::from_fn(|c| jet.value[c][i])));
-        }
-        all
     }
 
     /// Sums the series for a block of rays.
     #[inline(always)]
     pub fn at<const ORDER: usize>(&self, basis: &Basis, jet: &mut Jet<C>) {
-        let each = self.terms.len() / C;
-        let shape = (self.side, self.degree);
-        let [first_x, first_y] = &mut jet.first;
-        let [second_xx, second_xy, second_yy] = &mut jet.second;
-        for (c, terms) in self.terms.chunks_exact(each).enumerate() {
-            sum(shape, terms, &basis.0[0][0], &basis.0[1][0], &mut jet.value[c]);
-            if ORDER >= 1 {
-                sum(shape, terms, &basis.0[0][1], &basis.0[1][0], &mut first_x[c]);
-                sum(shape, terms, &basis.0[0][0], &basis.0[1][1], &mut first_y[c]);
+        let ([x, dx, ddx], [y, dy, ddy]) = (&basis.0[0], &basis.0[1]);
+        self.sum(x, y, &mut jet.value);
+        if ORDER >= 1 {
+            self.sum(dx, y, &mut jet.first[0]);
+            self.sum(x, dy, &mut jet.first[1]);
+        }
+        if ORDER >= 2 {
+            self.sum(ddx, y, &mut jet.second[0]);
+            self.sum(dx, dy, &mut jet.second[1]);
+            self.sum(x, ddy, &mut jet.second[2]);
+        }
+    }
+
+    #[inline(always)]
+    fn sum(&self, x: &[Lanes; SIDE], y: &[Lanes; SIDE], out: &mut [Lanes; C]) {
+        // 64 sums stay in registers.
+        match C {
+            8 => self.sum_by::<8>(x, y, out),
+            _ => self.sum_by::<32>(x, y, out),
+        }
+    }
+
+    /// Σ_a x_a Σ_b c_ab y_b, `WIDTH` rays at a time.
+    #[inline(always)]
+    fn sum_by<const WIDTH: usize>(&self, x: &[Lanes; SIDE], y: &[Lanes; SIDE], out: &mut [Lanes; C]) {
+        for block in 0..LANES / WIDTH {
+            let block_of = |lanes: &Lanes| lanes.as_chunks::<WIDTH>().0[block];
+            let mut total = [[0.0; WIDTH]; C];
+            let mut terms = self.terms.as_slice();
+            for (a, x) in x.iter().enumerate().take(self.side.min(self.degree + 1)) {
+                let (row, rest) = terms.split_at(self.side.min(self.degree + 1 - a));
+                terms = rest;
+                let mut inner = [[0.0; WIDTH]; C];
+                for (term, y) in row.iter().zip(y) {
+                    let y = block_of(y);
+                    for c in 0..C {
+                        for i in 0..WIDTH {
+                            inner[c][i] += term[c] * y[i];
+                        }
+                    }
+                }
+                let x = block_of(x);
+                for c in 0..C {
+                    for i in 0..WIDTH {
+                        total[c][i] += x[i] * inner[c][i];
+                    }
+                }
             }
-            if ORDER >= 2 {
-                sum(shape, terms, &basis.0[0][2], &basis.0[1][0], &mut second_xx[c]);
-                sum(shape, terms, &basis.0[0][1], &basis.0[1][1], &mut second_xy[c]);
-                sum(shape, terms, &basis.0[0][0], &basis.0[1][2], &mut second_yy[c]);
+            for c in 0..C {
+                out[c][block * WIDTH..(block + 1) * WIDTH].copy_from_slice(&total[c]);
             }
         }
+    }
+}
+
+impl Series<8> {
+    /// Values at the nodes of the finer grid.
+    pub fn at_nodes(&self) -> [[f64; 8]; SIDE * SIDE] {
+        let mut values = [[0.0; 8]; SIDE * SIDE];
+        sum_at_nodes(self, &NODES, &mut values);
+        values
     }
 }
 
@@ -211,27 +245,27 @@ fn grid<const C: usize, const N: usize>(weights: &[[f64; N]; N], values: &[[f64;
     grid
 }
 
-/// Σ_a x_a Σ_b c_ab y_b of a block of rays; (side, degree) say how many terms there are.
+/// Σ_a T_a(x) Σ_b c_ab T_b(y) of eight functions at the nodes (x, y) of the finer grid, one coordinate after the other.
 #[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn sum((side, degree): (usize, usize), terms: &[f64], x: &[Lanes; SIDE], y: &[Lanes; SIDE], out: &mut Lanes) {
-    for start in (0..LANES).step_by(CHUNK) {
-        let mut total = [0.0; CHUNK];
-        let mut terms = terms;
-        for (a, x) in x.iter().enumerate().take(side.min(degree + 1)) {
-            let (row, rest) = terms.split_at(side.min(degree + 1 - a));
-            terms = rest;
-            let mut inner = [0.0; CHUNK];
-            for (term, y) in row.iter().zip(y) {
-                for i in 0..CHUNK {
-                    inner[i] += term * y[start + i];
+fn sum_at_nodes(series: &Series<8>, nodes: &[[f64; SIDE]; SIDE], out: &mut [[f64; 8]; SIDE * SIDE]) {
+    let mut terms = series.terms.iter();
+    for (a, at_x) in nodes.iter().enumerate().take(series.side.min(series.degree + 1)) {
+        let mut inner = [[0.0; 8]; SIDE];
+        for (at_y, term) in nodes.iter().take(series.side.min(series.degree + 1 - a)).zip(&mut terms) {
+            for (sums, y) in inner.iter_mut().zip(at_y) {
+                for c in 0..8 {
+                    sums[c] += term[c] * y;
                 }
             }
-            for i in 0..CHUNK {
-                total[i] += x[start + i] * inner[i];
+        }
+        for (row, sums) in out.chunks_exact_mut(SIDE).zip(&inner) {
+            for (values, x) in row.iter_mut().zip(at_x) {
+                for c in 0..8 {
+                    values[c] += x * sums[c];
+                }
             }
         }
-        out[start..start + CHUNK].copy_from_slice(&total);
     }
 }
 

@@ -10,6 +10,12 @@ use crate::mapping::multiplane::plane::Plane;
 /// Nodes of paths, and those of them that are nodes of rows.
 pub(super) const FINE_NODES: usize = SIDE * SIDE;
 pub(super) const ROW_NODES: usize = ROW_SIDE * ROW_SIDE;
+/// Fine nodes on the edge: corners and middles of the sides.
+pub(super) const EDGE_NODES: [usize; 8] = {
+    const LAST: usize = SIDE - 1;
+    const UP: [usize; 3] = [0, SIDE * (LAST / 2), SIDE * LAST];
+    [0, LAST / 2, LAST, UP[1], UP[1] + LAST, UP[2], UP[2] + LAST / 2, UP[2] + LAST]
+};
 /// Rays of a survey: nodes, then rays that only compare; two tiles of the exact recursion.
 pub(super) const RAYS: usize = 96;
 

@@ -32,10 +32,15 @@ pub(super) struct Tile<'a> {
 }
 
 /// Directions and kicks of all rays at one event.
-#[derive(Clone, Default)]
 pub(super) struct Met {
     pub theta_arcsec: Vec<[f64; 2]>,
     pub kick_arcsec: Vec<[f64; 2]>,
+}
+
+impl Met {
+    fn with_room(rays: usize) -> Self {
+        Self { theta_arcsec: Vec::with_capacity(rays), kick_arcsec: Vec::with_capacity(rays) }
+    }
 }
 
 /// Index pairs (j, k) of the second derivatives.
@@ -67,7 +72,7 @@ impl<'a> Tile<'a> {
     /// Traces rays and notes where they meet every event.
     pub fn record(&self, theta_arcsec: &[[f64; 2]]) -> (RayBundle, Vec<Met>) {
         let mut rays = RayBundle::default();
-        let mut met = vec![Met::default(); self.events.len()];
+        let mut met: Vec<Met> = self.events.iter().map(|_| Met::with_room(theta_arcsec.len())).collect();
         for block in theta_arcsec.chunks(LANES) {
             recorded(self, block, &mut rays, &mut met);
         }
@@ -93,10 +98,9 @@ fn trace<const ORDER: usize, const RECORD: bool>(
         state.locate::<ORDER>(&mut path, &rows);
         event.kick.at::<ORDER>(&path.value, used, &mut kicks);
         if RECORD {
-            let pairs =
-                |lanes: &[Lanes; 2]| (0..used).map(|i| [lanes[0][i], lanes[1][i]]).collect::<Vec<_>>();
-            met[number].theta_arcsec.extend(pairs(&path.value));
-            met[number].kick_arcsec.extend(pairs(&kicks.kick));
+            let met = &mut met[number];
+            met.theta_arcsec.extend((0..used).map(|i| [path.value[0][i], path.value[1][i]]));
+            met.kick_arcsec.extend((0..used).map(|i| [kicks.kick[0][i], kicks.kick[1][i]]));
         }
         state.kick::<ORDER>(&path, &rows, &kicks, tile.way.weight(event.kick.chi_cmpc()));
     }

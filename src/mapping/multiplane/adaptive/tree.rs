@@ -101,7 +101,7 @@ impl<'a> Tree<'a> {
         depth: usize,
         generation: usize,
     ) -> Traced {
-        let mut quarters: [Vec<u32>; 4] = Default::default();
+        let mut quarters: [Vec<u32>; 4] = std::array::from_fn(|_| Vec::with_capacity(rays.len() / 3));
         for ray in rays {
             quarters[square.quarter_of(theta[ray as usize])].push(ray);
         }
