@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use haloray::config::Preset;
 use haloray::cosmology::Background;
-use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Sheets};
+use haloray::halo::HaloCatalogue;
+use haloray::mapping::multiplane::{Accuracy, AccuracyReport, Field, LineOfSight, Sheets};
 use haloray::mapping::{Mapping, Order};
 use haloray::pipeline::{Silent, populate};
 
@@ -23,82 +24,76 @@ fn grid(side: usize, width_arcsec: f64) -> Vec<[f64; 2]> {
     (0..side * side).map(|k| [at(k % side), at(k / side)]).collect()
 }
 
-/// Median, smallest and largest seconds of some runs.
-fn times(repeats: usize, mut run: impl FnMut()) -> [f64; 3] {
-    let mut seconds: Vec<f64> = (0..repeats)
-        .map(|_| {
-            let start = Instant::now();
-            run();
-            start.elapsed().as_secs_f64()
-        })
-        .collect();
-    seconds.sort_by(f64::total_cmp);
-    [seconds[repeats / 2], seconds[0], seconds[repeats - 1]]
-}
+/// Rays a side, order, accuracy, threads.
+type Case = (usize, usize, Accuracy, usize);
 
-/// One line of the table: haloes sorted into planes and rays traced, from columns in memory to β in memory.
-fn line(
-    haloes: &haloray::halo::HaloCatalogue,
-    side: usize,
-    order: usize,
-    accuracy: Accuracy,
-    threads: usize,
-    repeats: usize,
-) {
-    let theta = grid(side, 3.6);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let mut report = None;
-    let [median, low, high] = pool.install(|| {
-        times(repeats, || {
-            let sight = LineOfSight::new(haloes, Background::paper(), &Sheets::OnAxis).unwrap();
-            let mapping = sight.observer_to_source().adaptive(accuracy, Field::around(&theta), theta.len());
-            std::hint::black_box(mapping.map(&theta, ORDERS[order]));
-            report = Some(mapping.report());
-        })
-    });
-    let report = report.unwrap();
-    println!(
-        "{},{},{order},{accuracy},{threads},{median:.4},{low:.4},{high:.4},{:.1e},{:.1e},{}",
-        haloes.len(),
-        theta.len(),
-        report.bound_arcsec,
-        report.measured_arcsec,
-        report.rays_traced_exactly
-    );
+/// Lines of the table: haloes sorted into planes and rays traced, from columns in memory to β in memory. The cases take
+/// turns, so that a slower minute of the machine slows all of them.
+fn lines(haloes: &HaloCatalogue, cases: &[Case], repeats: usize) {
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let pools: Vec<rayon::ThreadPool> = cases.iter().map(|case| pool(case.3)).collect();
+    let mut seconds = vec![Vec::with_capacity(repeats); cases.len()];
+    let mut reports = vec![AccuracyReport::default(); cases.len()];
+    for _ in 0..repeats {
+        for (i, (side, order, accuracy, _)) in cases.iter().enumerate() {
+            let theta = grid(*side, 3.6);
+            (seconds[i], reports[i]) = pools[i].install(|| {
+                let start = Instant::now();
+                let sight = LineOfSight::new(haloes, Background::paper(), &Sheets::OnAxis).unwrap();
+                let field = Field::around(&theta);
+                let mapping = sight.observer_to_source().adaptive(*accuracy, field, theta.len());
+                std::hint::black_box(mapping.map(&theta, ORDERS[*order]));
+                let mut seconds = std::mem::take(&mut seconds[i]);
+                seconds.push(start.elapsed().as_secs_f64());
+                (seconds, mapping.report())
+            });
+        }
+    }
+    for (((side, order, accuracy, threads), seconds), report) in cases.iter().zip(&mut seconds).zip(&reports)
+    {
+        seconds.sort_by(f64::total_cmp);
+        println!(
+            "{},{},{order},{accuracy},{threads},{:.4},{:.4},{:.4},{:.1e},{:.1e},{}",
+            haloes.len(),
+            side * side,
+            seconds[repeats / 2],
+            seconds[0],
+            seconds[repeats - 1],
+            report.bound_arcsec,
+            report.measured_arcsec,
+            report.rays_traced_exactly
+        );
+    }
 }
 
 fn peers(file: &str) {
     let haloes = haloray::io::read_haloes(file.as_ref(), Z_SOURCE, &Background::paper()).unwrap();
-    for threads in [1, 2] {
-        for accuracy in ACCURACIES {
-            line(&haloes, 64, 0, accuracy, threads, 9);
-        }
-        line(&haloes, 500, 0, ACCURACIES[1], threads, 9);
-        line(&haloes, 101, 2, ACCURACIES[1], threads, 9);
-    }
+    let [exact, fine] = ACCURACIES;
+    let cases = [(64, 0, exact), (64, 0, fine), (500, 0, fine), (101, 2, fine)];
+    let with = |threads| cases.map(|(side, order, accuracy)| (side, order, accuracy, threads));
+    lines(&haloes, &[with(1), with(2)].concat(), 15);
 }
 
 fn scaling() {
+    let [exact, fine] = ACCURACIES;
     let mut config = Preset::Paper.config().unwrap();
     for cut in [4e-6, 1e-6, 1e-7, 1e-8, 0.0] {
         config.haloes.min_point_shear = cut;
         let haloes = populate(&config, None, 0, &Silent).unwrap().catalogue;
-        line(&haloes, 64, 0, ACCURACIES[1], 2, if haloes.len() < 1_000_000 { 5 } else { 1 });
+        lines(&haloes, &[(64, 0, fine, 2)], if haloes.len() < 1_000_000 { 5 } else { 1 });
     }
     config.haloes.min_point_shear = 1e-6;
     let haloes = populate(&config, None, 0, &Silent).unwrap().catalogue;
     for side in [32, 64, 128, 256, 512, 1024] {
-        line(&haloes, side, 0, ACCURACIES[1], 2, 5);
+        lines(&haloes, &[(side, 0, fine, 2)], 5);
     }
     for side in [32, 64, 128] {
-        line(&haloes, side, 0, ACCURACIES[0], 2, 3);
+        lines(&haloes, &[(side, 0, exact, 2)], 3);
     }
-    for (side, accuracy) in [(64, ACCURACIES[0]), (512, ACCURACIES[1])] {
-        let most = std::thread::available_parallelism().map_or(1, usize::from);
-        for threads in (0..).map(|k| 1 << k).take_while(|threads| *threads <= most) {
-            line(&haloes, side, 0, accuracy, threads, 5);
-        }
-    }
+    let most = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = (0..).map(|k| 1 << k).take_while(|threads| *threads <= most);
+    let cases = threads.flat_map(|threads| [(64, 0, exact, threads), (512, 0, fine, threads)]);
+    lines(&haloes, &cases.collect::<Vec<_>>(), 15);
 }
 
 fn main() {
