@@ -37,16 +37,16 @@ fn lines(haloes: &HaloCatalogue, cases: &[Case], repeats: usize) {
     for _ in 0..repeats {
         for (i, (side, order, accuracy, _)) in cases.iter().enumerate() {
             let theta = grid(*side, 3.6);
-            (seconds[i], reports[i]) = pools[i].install(|| {
+            let (elapsed, report) = pools[i].install(|| {
                 let start = Instant::now();
                 let sight = LineOfSight::new(haloes, Background::paper(), &Sheets::OnAxis).unwrap();
                 let field = Field::around(&theta);
                 let mapping = sight.observer_to_source().adaptive(*accuracy, field, theta.len());
                 std::hint::black_box(mapping.map(&theta, ORDERS[*order]));
-                let mut seconds = std::mem::take(&mut seconds[i]);
-                seconds.push(start.elapsed().as_secs_f64());
-                (seconds, mapping.report())
+                (start.elapsed().as_secs_f64(), mapping.report())
             });
+            seconds[i].push(elapsed);
+            reports[i] = report;
         }
     }
     for (((side, order, accuracy, threads), seconds), report) in cases.iter().zip(&mut seconds).zip(&reports)
