@@ -4,20 +4,20 @@
 //! [`crate::inference`]'s `floor`). No-U-Turn trajectories must then follow the bends of the valley in steps of the
 //! width across it. Here the two are taken apart:
 //!
-//! - *Along* the valley: Hamiltonian Monte Carlo over s. The density of s is Laplace's integral over t,
-//!   ln m(s) = ln p(s, t̂(s)) − ½ ln det H(s), with H the curvature over t; the floor t̂ is solved anew for each proposal.
-//!   Forces come from polynomials fitted to the floors that the warm-up has solved, so that a trajectory of any length
-//!   costs one solution at its end (Rasmussen 2003, Bayesian Statistics 7, 651). Force fields of position alone leave
-//!   leapfrog reversible and volume-preserving: acceptance by the true density at the end makes the chain exact whatever
-//!   the polynomials are; they decide only how often proposals are accepted.
-//!   A chain that is held up has found a place where they are wrong: they are fitted again, and the draws until then belong
-//!   to the warm-up.
+//! - *Along* the valley: the density of s is Laplace's integral over t, ln m(s) = ln p(s, t̂(s)) − ½ ln det H(s), with H the
+//!   curvature over t; the floor t̂ is solved anew for each proposal. Proposals are ends of Hamiltonian trajectories in a
+//!   surrogate for m, made of the floors found so far, so that a way of any length costs one floor at its end (Rasmussen
+//!   2003, Bayesian Statistics 7, 651). On that way each trajectory is accepted by the surrogate s̃ itself; its end is then
+//!   accepted by m(s′) s̃(s)/[m(s) s̃(s′)], which makes the chain exact whatever the surrogate is (Liu 2001, Monte Carlo
+//!   Strategies in Scientific Computing, section 9.4.3).
+//!   The surrogate is made again whenever an eighth more floors are known, and no more after the first few thousand.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
 //!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight
 //!   would hold the chain where it is; Metropolis steps of t at the same s, after each proposal, lead it back.
 
+mod least_squares;
 mod monomials;
 mod place;
 mod surrogate;
@@ -30,9 +30,9 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use self::place::{Place, normal, tries_for};
+use self::place::{Place, tries_for};
 use self::surrogate::{Known, Surrogate};
-use self::trajectory::{leapfrog, steps};
+use self::trajectory::transition;
 use super::chains::{Chain, Chains};
 use super::target::Problem;
 use crate::error::{Error, Result, require};
@@ -41,14 +41,11 @@ use crate::inference::floor::{Axes, Floor};
 use crate::inference::{Curvature, LatentLikelihood};
 use crate::numerics::random::{Stage, stream};
 
-/// Rounds of warm-up, after each of which the surrogate is fitted again; fewer are enough once the marginal refuses less
-/// than a tenth of every chain's proposals.
+/// Rounds of warm-up; fewer are enough once the marginal accepts more than half of every chain's proposals.
 const ROUNDS: u64 = 8;
-const FEWEST_ROUNDS: u64 = 4;
-/// Blocks after the warm-up in which a chain that is held up still teaches the surrogate.
-const LESSONS: u64 = 12;
-/// Proposals in a row that the marginal refuses where the surrogate is wrong.
-const HELD_UP: usize = 12;
+const FEWEST_ROUNDS: u64 = 5;
+/// Floors after which the surrogate learns no more.
+const MOST_FLOORS: usize = 6_000;
 /// Most directions taken as slow.
 const MOST_SLOW: usize = 12;
 /// Curvatures after which the search for a floor is given up.
@@ -104,8 +101,8 @@ pub(super) struct ValleyState {
     places: Vec<Place>,
     /// Draws of t for each s.
     tries: usize,
-    /// Floors solved, s of the draws, and deviations of ln w, as long as the surrogate learns.
-    known: Vec<Known>,
+    /// Floors that the surrogate does not know yet, s of the draws, and deviations of ln w, as long as it learns.
+    fresh: Vec<Known>,
     #[serde(with = "bits")]
     visited: Vec<f64>,
     #[serde(with = "bits")]
@@ -123,8 +120,6 @@ struct Leg {
     known: Vec<Known>,
     /// Deviation of ln w at each floor.
     spreads: Vec<f64>,
-    /// Most proposals in a row that the marginal refused.
-    held_up: usize,
     evaluations: u64,
 }
 
@@ -166,7 +161,7 @@ impl ValleyState {
         };
         let known = first_floors(likelihood, &axes, &floor, &mut evaluations).ok_or_else(nowhere)?;
         let (centre, factor) = (DVector::zeros(slow), widths(&floor).ok_or_else(nowhere)?);
-        let surrogate = Surrogate::fit(centre, factor, &known).ok_or_else(nowhere)?;
+        let surrogate = Surrogate::fit(centre, factor, known).ok_or_else(nowhere)?;
         let origin = DVector::zeros(slow);
         let tries = 8;
         let places: Vec<Place> = (0..settings.chains)
@@ -182,7 +177,7 @@ impl ValleyState {
             surrogate,
             places,
             tries,
-            known,
+            fresh: vec![],
             visited: vec![],
             spreads: vec![],
             is_warm: false,
@@ -208,29 +203,11 @@ impl ValleyState {
             .collect();
         self.evaluations += legs.iter().map(|leg| leg.evaluations).sum::<u64>();
         self.places = legs.iter().map(|leg| leg.place.clone()).collect();
-        let is_easy = legs.iter().all(|leg| 10 * leg.spreads.len() > 9 * draws);
+        self.learn(&legs);
+        let is_easy = legs.iter().all(|leg| 2 * leg.spreads.len() > draws);
         self.is_warm |= block >= ROUNDS || block >= FEWEST_ROUNDS && is_easy;
-        let is_over = block > ROUNDS + LESSONS;
-        if is_warm_up || !is_over && legs.iter().any(|leg| leg.held_up >= HELD_UP) {
-            chains.chains.iter_mut().for_each(|chain| *chain = Chain::default());
-            self.remember(&legs);
-            self.learn();
-        } else {
-            if !is_over {
-                self.remember(&legs);
-            }
+        if !is_warm_up {
             chains.chains.iter_mut().zip(legs).for_each(|(chain, leg)| chain.append(leg.chain));
-        }
-        if is_over {
-            (self.known, self.visited, self.spreads) = (vec![], vec![], vec![]);
-        }
-    }
-
-    fn remember(&mut self, legs: &[Leg]) {
-        for leg in legs {
-            self.known.extend_from_slice(&leg.known);
-            self.visited.extend_from_slice(&leg.visited);
-            self.spreads.extend_from_slice(&leg.spreads);
         }
     }
 
@@ -241,13 +218,10 @@ impl ValleyState {
             visited: vec![],
             known: vec![],
             spreads: vec![],
-            held_up: 0,
             evaluations: 0,
         };
-        let mut refused = 0;
         for _ in 0..draws {
-            refused = if self.propose(likelihood, &mut leg, &mut rng) { 0 } else { refused + 1 };
-            leg.held_up = leg.held_up.max(refused);
+            self.propose(likelihood, &mut leg, &mut rng);
             for _ in 0..STEPS_ACROSS {
                 leg.place.step(likelihood, &self.axes, &mut rng);
             }
@@ -259,22 +233,21 @@ impl ValleyState {
         leg
     }
 
-    /// One trajectory, accepted or not; false if the marginal refused it.
-    fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) -> bool {
-        let momentum = normal(leg.place.s.len(), rng);
-        let before = leg.place.log_marginal - 0.5 * momentum.norm_squared();
+    /// One proposal, accepted or not.
+    fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
         let start = self.surrogate.x(&leg.place.s);
-        let Some((x, momentum)) = leapfrog(&self.surrogate, start, momentum, steps(rng)) else {
-            return false;
-        };
+        let (x, surrogate_gain) = transition(&self.surrogate, &start, rng);
+        if x == start {
+            return;
+        }
         let s = self.surrogate.s(&x);
         let guess = self.surrogate.stiff(&x);
         let floor = self.axes.floor(likelihood, &s, guess, MOST_CURVATURES, &mut leg.evaluations);
-        let Some(floor) = floor else { return false };
+        let Some(floor) = floor else { return };
         leg.known.push(Known::new(s.clone(), &floor));
-        let gain = floor.log_marginal() - 0.5 * momentum.norm_squared() - before;
-        if rng.random::<f64>().ln() >= gain {
-            return false;
+        let gain = floor.log_marginal() - leg.place.log_marginal;
+        if rng.random::<f64>().ln() >= gain - surrogate_gain {
+            return;
         }
         let (place, spread) = Place::draw(likelihood, &self.axes, s, &floor, self.tries, rng);
         leg.evaluations += self.tries as u64;
@@ -282,11 +255,23 @@ impl ValleyState {
         if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
             leg.place = place;
         }
-        true
     }
 
-    /// Fits the surrogate to what has been found, and takes as many draws across the valley as half of the places need.
-    fn learn(&mut self) {
+    /// Fits the surrogate again once there are enough new floors, and takes as many draws across the valley as half of the
+    /// places need.
+    fn learn(&mut self, legs: &[Leg]) {
+        if self.surrogate.known().len() >= MOST_FLOORS {
+            (self.fresh, self.visited, self.spreads) = (vec![], vec![], vec![]);
+            return;
+        }
+        for leg in legs {
+            self.fresh.extend_from_slice(&leg.known);
+            self.visited.extend_from_slice(&leg.visited);
+            self.spreads.extend_from_slice(&leg.spreads);
+        }
+        if 8 * self.fresh.len() < self.surrogate.known().len() {
+            return;
+        }
         let slow = self.axes.slow_dimension();
         let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
         if let Some(spread) = median(recent) {
@@ -300,8 +285,10 @@ impl ValleyState {
             let (centre, factor) = self.surrogate.scale();
             (centre.clone(), factor.clone())
         });
-        if let Some(surrogate) = Surrogate::fit(centre, factor, &self.known) {
+        let known = self.surrogate.known().iter().chain(&self.fresh).cloned().collect();
+        if let Some(surrogate) = Surrogate::fit(centre, factor, known) {
             self.surrogate = surrogate;
+            self.fresh.clear();
         }
     }
 }

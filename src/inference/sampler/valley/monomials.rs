@@ -1,5 +1,6 @@
 //! Polynomials of several variables: all monomials up to a degree.
 
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 /// All monomials of x up to a degree, by degree; the first is 1.
@@ -75,6 +76,20 @@ impl Monomials {
         }
         slopes
     }
+
+    /// The polynomial of these coefficients, and its ∂/∂x: backwards through the factors, at three times the cost of a value.
+    pub fn polynomial(&self, coefficients: &[f64], x: &[f64]) -> (f64, DVector<f64>) {
+        let values = self.values(x);
+        let value = values.iter().zip(coefficients).map(|(value, c)| value * c).sum();
+        let mut by_value = coefficients.to_vec();
+        let mut slope = DVector::zeros(self.dimension);
+        for (i, &(parent, coordinate)) in self.factors.iter().enumerate().rev() {
+            let by_own = by_value[i + 1];
+            by_value[parent] += by_own * x[coordinate];
+            slope[coordinate] += by_own * values[parent];
+        }
+        (value, slope)
+    }
 }
 
 #[cfg(test)]
@@ -110,5 +125,12 @@ mod tests {
                 assert!((slopes[3 * i + a] - derivative(moved, x[a], 1e-2)).abs() < 1e-8);
             }
         }
+        let coefficients: Vec<f64> = (0..slopes.len() / 3).map(|i| (i as f64).sin()).collect();
+        let sum = |of: &[f64], step| -> f64 {
+            of.iter().step_by(step).zip(&coefficients).map(|(a, c)| a * c).sum()
+        };
+        let (value, slope) = monomials.polynomial(&coefficients, &x);
+        assert!((value - sum(&monomials.values(&x), 1)).abs() < 1e-13);
+        assert!((0..3).all(|a| (slope[a] - sum(&slopes[a..], 3)).abs() < 1e-12));
     }
 }

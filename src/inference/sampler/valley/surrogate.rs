@@ -1,8 +1,9 @@
-//! Polynomials fitted to the floors found so far: forces for trajectories, and where to look for the next floor.
+//! What the floors found so far say of others: polynomials fitted to all of them, and what the nearest say of their error.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use serde::{Deserialize, Serialize};
 
+use super::least_squares::LeastSquares;
 use super::monomials::Monomials;
 use crate::inference::bits;
 use crate::inference::floor::Floor;
@@ -36,9 +37,12 @@ impl Known {
 }
 
 /// Polynomials of x = F⁻¹(s − c): ln p along the floor and t̂ up to degree 6, fitted to values and slopes; ½ ln det up to
-/// degree 2, fitted to values.
+/// degree 2, fitted to values. The floors they were fitted to are kept: their error there is interpolated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Surrogate {
+    /// ln p that the polynomials count from.
+    #[serde(with = "bits::number")]
+    top: f64,
     #[serde(with = "bits::matrix")]
     centre: DVector<f64>,
     #[serde(with = "bits::matrix")]
@@ -50,14 +54,19 @@ pub(super) struct Surrogate {
     determinant_terms: Monomials,
     #[serde(with = "bits::matrix")]
     determinant: DMatrix<f64>,
+    /// What the polynomials were fitted to, and x of each, a column a floor.
+    known: Vec<Known>,
+    #[serde(with = "bits::matrix")]
+    anchors: DMatrix<f64>,
 }
 
 impl Surrogate {
     /// Least squares over what is known, `centre` and `factor` (lower triangular) giving the scale; `None` for matrices
     /// that are not positive definite.
-    pub fn fit(centre: DVector<f64>, factor: DMatrix<f64>, known: &[Known]) -> Option<Self> {
-        /// Equations for every coefficient, and coefficients that are still quickly evaluated.
+    pub fn fit(centre: DVector<f64>, factor: DMatrix<f64>, known: Vec<Known>) -> Option<Self> {
+        /// Equations for every coefficient, and coefficients that are still quickly fitted and evaluated.
         const EQUATIONS: f64 = 4.0;
+        const MOST_EQUATIONS: usize = 16;
         const MOST_COEFFICIENTS: usize = 800;
         let d = centre.len();
         let degree_for = |highest: usize, equations: usize| {
@@ -71,10 +80,17 @@ impl Surrogate {
         let determinant_terms = Monomials::new(d, degree_for(2, known.len()).unwrap_or(1));
         let top = known.iter().map(|k| k.heights[0]).fold(f64::NEG_INFINITY, f64::max);
         let stiff = known.first()?.stiff.len();
-        let mut of_floor = LeastSquares::new(&floor_terms, known.len() * (1 + d), 1 + stiff);
+        // Every so many floors determine the polynomials well enough.
+        let stride = (known.len() * (1 + d)).div_ceil(MOST_EQUATIONS * floor_terms.degrees().len());
+        let mut of_floor = LeastSquares::new(&floor_terms, known.len().div_ceil(stride) * (1 + d), 1 + stiff);
         let mut of_determinant = LeastSquares::new(&determinant_terms, known.len(), 1);
-        for k in known {
+        let mut anchors = DMatrix::zeros(d, known.len());
+        for (i, k) in known.iter().enumerate() {
             let x = factor.solve_lower_triangular(&(&k.s - &centre))?;
+            anchors.set_column(i, &x);
+            if i % stride > 0 {
+                continue;
+            }
             // What lies far below the top hardly matters, and bends in its own way.
             let depth = (top - k.heights[0]) / d as f64;
             let weight = 1.0 / (1.0 + depth * depth);
@@ -95,7 +111,7 @@ impl Surrogate {
         }
         let floor = of_floor.solve(|degree| if degree > 2 { 0.05 } else { 1e-6 })?;
         let determinant = of_determinant.solve(|degree| if degree > 0 { 0.1 } else { 1e-6 })?;
-        Some(Self { centre, factor, floor_terms, floor, determinant_terms, determinant })
+        Some(Self { top, centre, factor, floor_terms, floor, determinant_terms, determinant, known, anchors })
     }
 
     /// Centre and scale: x = F⁻¹(s − c).
@@ -116,56 +132,77 @@ impl Surrogate {
         x
     }
 
-    /// ∂/∂x of the log-marginal.
-    pub fn force(&self, x: &DVector<f64>) -> DVector<f64> {
-        let slope = |terms: &Monomials, coefficients: &DMatrix<f64>| {
-            let slopes = terms.slopes(x.as_slice(), &terms.values(x.as_slice()));
-            let mut sum = DVector::zeros(x.len());
-            for (row, coefficient) in slopes.chunks_exact(x.len()).zip(coefficients.column(0).iter()) {
-                sum.iter_mut().zip(row).for_each(|(sum, slope): (&mut f64, _)| *sum += coefficient * slope);
-            }
-            sum
+    /// The polynomials' log-marginal up to a constant, and ∂/∂x of it.
+    pub fn smooth(&self, x: &[f64]) -> (f64, DVector<f64>) {
+        let (floor, by_floor) = self.floor_terms.polynomial(first_column(&self.floor), x);
+        let (determinant, by_determinant) =
+            self.determinant_terms.polynomial(first_column(&self.determinant), x);
+        (floor - determinant, by_floor - by_determinant)
+    }
+
+    /// The log-marginal up to a constant: that of the polynomials, corrected by what the nearest floors say of their error.
+    pub fn log_marginal(&self, x: &DVector<f64>) -> f64 {
+        /// Larger errors are walls, which say nothing of what lies before them.
+        const LARGEST: f64 = 6.0;
+        let error = |(i, weight): (usize, f64)| {
+            let (anchor, known) = (self.anchors.column(i), &self.known[i]);
+            let (smooth, by_x) = self.smooth(anchor.as_slice());
+            let slope = self.factor.tr_mul(&known.slope) - by_x;
+            let error =
+                known.heights[0] - known.heights[1] - self.top - smooth + 0.5 * slope.dot(&(x - anchor));
+            weight * error.clamp(-LARGEST, LARGEST)
         };
-        slope(&self.floor_terms, &self.floor) - slope(&self.determinant_terms, &self.determinant)
+        self.smooth(x.as_slice()).0 + self.nearest(x).into_iter().map(error).sum::<f64>()
     }
 
-    /// t̂, about.
+    /// t̂, about, corrected likewise.
     pub fn stiff(&self, x: &DVector<f64>) -> DVector<f64> {
-        let values = DVector::from_vec(self.floor_terms.values(x.as_slice()));
-        self.floor.columns(1, self.floor.ncols() - 1).tr_mul(&values)
+        let of = |values: Vec<f64>| {
+            self.floor.columns(1, self.floor.ncols() - 1).tr_mul(&DVector::from_vec(values))
+        };
+        let mut stiff = of(self.floor_terms.values(x.as_slice()));
+        for (i, weight) in self.nearest(x) {
+            let (anchor, known) = (self.anchors.column(i), &self.known[i]);
+            let half = (x - anchor) * 0.5;
+            let mut values = self.floor_terms.values(anchor.as_slice());
+            let slopes = self.floor_terms.slopes(anchor.as_slice(), &values);
+            for (value, slope) in values.iter_mut().zip(slopes.chunks_exact(half.len())) {
+                *value += slope.iter().zip(half.iter()).map(|(slope, x)| slope * x).sum::<f64>();
+            }
+            stiff += (&known.stiff + &known.bend * (&self.factor * half) - of(values)) * weight;
+        }
+        stiff
+    }
+
+    /// The floors nearest to x, with weights that fall with distance and add up to one.
+    ///
+    /// An error interpolated between two floors from their values and half of their slopes is that of Hermite's cubic
+    /// halfway between them.
+    fn nearest(&self, x: &DVector<f64>) -> Vec<(usize, f64)> {
+        const NEIGHBOURS: usize = 8;
+        const TINY: f64 = 1e-12;
+        let squared = |(i, anchor): (usize, DVectorView<f64>)| {
+            (i, anchor.iter().zip(x.iter()).map(|(a, x)| (a - x) * (a - x)).sum::<f64>())
+        };
+        let mut nearest: Vec<(usize, f64)> = self.anchors.column_iter().enumerate().map(squared).collect();
+        let last = NEIGHBOURS.min(nearest.len()) - 1;
+        nearest.select_nth_unstable_by(last, |a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        nearest.truncate(last + 1);
+        nearest.sort_by_key(|(i, _)| *i);
+        nearest.iter_mut().for_each(|(_, weight)| *weight = (*weight + TINY).powi(-2));
+        let sum: f64 = nearest.iter().map(|(_, weight)| weight).sum();
+        nearest.iter_mut().for_each(|(_, weight)| *weight /= sum);
+        nearest
+    }
+
+    /// The floors it was fitted to.
+    pub fn known(&self) -> &[Known] {
+        &self.known
     }
 }
 
-/// Weighted equations for the coefficients of a polynomial.
-struct LeastSquares<'a> {
-    terms: &'a Monomials,
-    /// A column an equation.
-    design: DMatrix<f64>,
-    targets: DMatrix<f64>,
-    equations: usize,
-}
-
-impl<'a> LeastSquares<'a> {
-    fn new(terms: &'a Monomials, equations: usize, targets: usize) -> Self {
-        let design = DMatrix::zeros(terms.degrees().len(), equations);
-        Self { terms, design, targets: DMatrix::zeros(targets, equations), equations: 0 }
-    }
-
-    fn add(&mut self, weight: f64, terms: &[f64], targets: &[f64]) {
-        for (matrix, values) in [(&mut self.design, terms), (&mut self.targets, targets)] {
-            matrix.column_mut(self.equations).iter_mut().zip(values).for_each(|(m, v)| *m = weight * v);
-        }
-        self.equations += 1;
-    }
-
-    /// Coefficients, a column a target, held near zero by a penalty that depends on the degree.
-    fn solve(&self, penalty: impl Fn(usize) -> f64) -> Option<DMatrix<f64>> {
-        let mut normal = &self.design * self.design.transpose();
-        for (i, degree) in self.terms.degrees().iter().enumerate() {
-            normal[(i, i)] += penalty(*degree);
-        }
-        Some(normal.cholesky()?.solve(&(&self.design * self.targets.transpose())))
-    }
+fn first_column(matrix: &DMatrix<f64>) -> &[f64] {
+    &matrix.as_slice()[..matrix.nrows()]
 }
 
 #[cfg(test)]
@@ -188,14 +225,44 @@ mod tests {
                 }
             })
             .collect();
-        let surrogate = Surrogate::fit(DVector::zeros(2), factor, &known).unwrap();
+        let surrogate = Surrogate::fit(DVector::zeros(2), factor, known).unwrap();
         let x = DVector::from_vec(vec![0.4, -0.5]);
         let want = [-2.0 * 0.4 - 0.2, 4.0 * 0.125];
-        let force = surrogate.force(&x);
+        let (value, force) = surrogate.smooth(x.as_slice());
         assert!((0..2).all(|a| (force[a] - want[a]).abs() < 0.02), "{force}");
+        let want = -0.4 * 0.4 - 0.0625 - 0.2 * 0.4;
+        assert!((value - surrogate.smooth(&[0.0, 0.0]).0 - want).abs() < 0.02, "{value}");
         assert!((surrogate.stiff(&x)[0] - 0.4 * 0.25).abs() < 1e-3);
         assert!((surrogate.x(&surrogate.s(&x)) - &x).amax() < 1e-15);
         let text = serde_json::to_string(&surrogate).unwrap();
         assert_eq!(serde_json::from_str::<Surrogate>(&text).unwrap(), surrogate);
+    }
+
+    #[test]
+    fn floors_nearby_correct_what_no_polynomial_follows() {
+        // ln p = cos 5x and t = sin 5x, known three times a period.
+        let known: Vec<Known> = (-15..=15)
+            .map(|i| {
+                let x = 0.4 * f64::from(i);
+                let (sin, cos) = (5.0 * x).sin_cos();
+                Known {
+                    s: DVector::from_vec(vec![x]),
+                    heights: vec![cos, 0.0],
+                    slope: DVector::from_vec(vec![-5.0 * sin]),
+                    stiff: DVector::from_vec(vec![sin]),
+                    bend: DMatrix::from_vec(1, 1, vec![5.0 * cos]),
+                }
+            })
+            .collect();
+        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), known).unwrap();
+        let zero = surrogate.log_marginal(&DVector::zeros(1));
+        let error =
+            |x: f64| surrogate.log_marginal(&DVector::from_vec(vec![x])) - zero - ((5.0 * x).cos() - 1.0);
+        assert!((-10..10).all(|i| error(0.4 * f64::from(i)).abs() < 1e-6));
+        assert!((-10..10).all(|i| error(0.4 * f64::from(i) + 0.2).abs() < 0.3));
+        assert!((-10..10).all(|i| {
+            let x = 0.4 * f64::from(i) + 0.2;
+            (surrogate.stiff(&DVector::from_vec(vec![x]))[0] - (5.0 * x).sin()).abs() < 0.3
+        }));
     }
 }
