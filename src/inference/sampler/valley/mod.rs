@@ -44,6 +44,10 @@ use crate::numerics::random::{Stage, stream};
 /// Rounds of warm-up; fewer are enough once the marginal accepts more than half of every chain's proposals.
 const ROUNDS: u64 = 8;
 const FEWEST_ROUNDS: u64 = 5;
+/// Share of every chain's proposals that the marginal accepts where the surrogate can be trusted; elsewhere powers of
+/// it are followed, the least of which is this.
+const TRUSTED: f64 = 0.9;
+const LEAST_POWER: f64 = 0.5;
 /// Floors after which the surrogate learns no more.
 const MOST_FLOORS: usize = 6_000;
 /// Most directions taken as slow.
@@ -108,6 +112,9 @@ pub(super) struct ValleyState {
     #[serde(with = "bits")]
     spreads: Vec<f64>,
     is_warm: bool,
+    /// Least power of the surrogate that proposals follow.
+    #[serde(with = "bits::number")]
+    least_power: f64,
     pub evaluations: u64,
 }
 
@@ -181,6 +188,7 @@ impl ValleyState {
             visited: vec![],
             spreads: vec![],
             is_warm: false,
+            least_power: 1.0,
             evaluations,
         })
     }
@@ -204,9 +212,13 @@ impl ValleyState {
         self.evaluations += legs.iter().map(|leg| leg.evaluations).sum::<u64>();
         self.places = legs.iter().map(|leg| leg.place.clone()).collect();
         self.learn(&legs);
-        let is_easy = legs.iter().all(|leg| 2 * leg.spreads.len() > draws);
-        self.is_warm |= block >= ROUNDS || block >= FEWEST_ROUNDS && is_easy;
-        if !is_warm_up {
+        if is_warm_up {
+            let accepts = |share: f64| legs.iter().all(|leg| leg.spreads.len() as f64 > share * draws as f64);
+            self.is_warm = block >= ROUNDS || block >= FEWEST_ROUNDS && accepts(0.5);
+            if self.is_warm && !accepts(TRUSTED) {
+                self.least_power = LEAST_POWER;
+            }
+        } else {
             chains.chains.iter_mut().zip(legs).for_each(|(chain, leg)| chain.append(leg.chain));
         }
     }
@@ -236,7 +248,7 @@ impl ValleyState {
     /// One proposal, accepted or not.
     fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
         let start = self.surrogate.x(&leg.place.s);
-        let (x, surrogate_gain) = transition(&self.surrogate, &start, rng);
+        let (x, surrogate_gain) = transition(&self.surrogate, self.least_power, &start, rng);
         if x == start {
             return;
         }
