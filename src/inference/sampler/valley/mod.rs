@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 
 use self::place::{Place, tries_for};
 use self::surrogate::{Known, Surrogate};
-use self::trajectory::transition;
+use self::trajectory::{Pace, transition};
 use super::chains::{Chain, Chains};
 use super::target::Problem;
 use crate::error::{Error, Result, require};
@@ -41,13 +41,11 @@ use crate::inference::floor::{Axes, Floor};
 use crate::inference::{Curvature, LatentLikelihood};
 use crate::numerics::random::{Stage, stream};
 
-/// Rounds of warm-up; fewer are enough once the marginal accepts more than half of every chain's proposals.
+/// Rounds of warm-up; fewer are enough once the marginal accepts such a share of every chain's proposals. Where it accepts
+/// nearly all, the surrogate can be trusted.
 const ROUNDS: u64 = 8;
-const FEWEST_ROUNDS: u64 = 5;
-/// Share of every chain's proposals that the marginal accepts where the surrogate can be trusted; elsewhere powers of
-/// it are followed, the least of which is this.
-const TRUSTED: f64 = 0.9;
-const LEAST_POWER: f64 = 0.5;
+const FEWER_ROUNDS: (u64, f64) = (5, 0.5);
+const TRUSTED_ROUNDS: (u64, f64) = (4, 0.9);
 /// Floors after which the surrogate learns no more.
 const MOST_FLOORS: usize = 6_000;
 /// Most directions taken as slow.
@@ -111,10 +109,7 @@ pub(super) struct ValleyState {
     visited: Vec<f64>,
     #[serde(with = "bits")]
     spreads: Vec<f64>,
-    is_warm: bool,
-    /// Least power of the surrogate that proposals follow.
-    #[serde(with = "bits::number")]
-    least_power: f64,
+    pace: Pace,
     pub evaluations: u64,
 }
 
@@ -187,8 +182,7 @@ impl ValleyState {
             fresh: vec![],
             visited: vec![],
             spreads: vec![],
-            is_warm: false,
-            least_power: 1.0,
+            pace: Pace::Learning,
             evaluations,
         })
     }
@@ -200,7 +194,7 @@ impl ValleyState {
 
     /// One round of warm-up or one block of draws.
     pub fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
-        let is_warm_up = !self.is_warm;
+        let is_warm_up = self.pace == Pace::Learning;
         let draws = if is_warm_up { self.settings.round_draws } else { self.settings.block_draws };
         let legs: Vec<Leg> = (0..self.places.len())
             .into_par_iter()
@@ -213,10 +207,13 @@ impl ValleyState {
         self.places = legs.iter().map(|leg| leg.place.clone()).collect();
         self.learn(&legs);
         if is_warm_up {
-            let accepts = |share: f64| legs.iter().all(|leg| leg.spreads.len() as f64 > share * draws as f64);
-            self.is_warm = block >= ROUNDS || block >= FEWEST_ROUNDS && accepts(0.5);
-            if self.is_warm && !accepts(TRUSTED) {
-                self.least_power = LEAST_POWER;
+            let are_enough = |(rounds, share): (u64, f64)| {
+                block >= rounds && legs.iter().all(|leg| leg.spreads.len() as f64 > share * draws as f64)
+            };
+            if are_enough(TRUSTED_ROUNDS) {
+                self.pace = Pace::Trusting;
+            } else if block >= ROUNDS || are_enough(FEWER_ROUNDS) {
+                self.pace = Pace::Doubting;
             }
         } else {
             chains.chains.iter_mut().zip(legs).for_each(|(chain, leg)| chain.append(leg.chain));
@@ -248,7 +245,7 @@ impl ValleyState {
     /// One proposal, accepted or not.
     fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
         let start = self.surrogate.x(&leg.place.s);
-        let (x, surrogate_gain) = transition(&self.surrogate, self.least_power, &start, rng);
+        let (x, surrogate_gain) = transition(&self.surrogate, self.pace, &start, rng);
         if x == start {
             return;
         }

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
 
 use super::place::normal;
 use super::surrogate::Surrogate;
@@ -10,20 +11,31 @@ use super::surrogate::Surrogate;
 const STEP: f64 = 0.1;
 const EDGE: f64 = 14.0;
 
-/// The end of one or several Hamiltonian trajectories, each accepted by the surrogate's own density to a power drawn from
-/// `least_power` to 1, and by how much the logarithm of that is larger there than at the start.
-///
-/// Powers below 1 lead out to where the surrogate makes the posterior too low.
+/// How proposals are made.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) enum Pace {
+    /// Several trajectories, as long as the surrogate is learned.
+    Learning,
+    /// One, whose ends lie opposite to one another, where the surrogate can be trusted.
+    Trusting,
+    /// Several on the surrogate to a power from 1/2 to 1, which leads out to where it makes the posterior too low.
+    Doubting,
+}
+
+/// The end of one or several Hamiltonian trajectories, each accepted by a power of the surrogate's own density, and by
+/// how much the logarithm of that is larger there than at the start.
 pub(super) fn transition(
     surrogate: &Surrogate,
-    least_power: f64,
+    pace: Pace,
     start: &DVector<f64>,
     rng: &mut impl Rng,
 ) -> (DVector<f64>, f64) {
     const SINGLE: f64 = 0.3;
     const SEVERAL: usize = 10;
-    let trajectories = if rng.random::<f64>() < SINGLE { 1 } else { SEVERAL };
-    let power = 1.0 - (1.0 - least_power) * rng.random::<f64>();
+    const LEAST_POWER: f64 = 0.5;
+    let is_single = pace == Pace::Trusting || rng.random::<f64>() < SINGLE;
+    let trajectories = if is_single { 1 } else { SEVERAL };
+    let power = if pace == Pace::Doubting { rng.random_range(LEAST_POWER..1.0) } else { 1.0 };
     let first = power * surrogate.log_marginal(start);
     let (mut here, mut log_density) = (start.clone(), first);
     for _ in 0..trajectories {
@@ -97,7 +109,7 @@ mod tests {
         let mut here = DVector::zeros(1);
         let mut draws = vec![];
         for _ in 0..40_000 {
-            let (there, surrogate_gain) = transition(&surrogate, 0.5, &here, &mut rng);
+            let (there, surrogate_gain) = transition(&surrogate, Pace::Doubting, &here, &mut rng);
             if rng.random::<f64>().ln() < wanted(there[0]) - wanted(here[0]) - surrogate_gain {
                 here = there;
             }
