@@ -55,7 +55,9 @@ fn rank_panel(parameter: &RankHistogram, tallest: f64, is_first: bool) -> Panel 
         ..Axis::linear(if is_first { "fits per bin" } else { "" })
     };
     let x = Axis { limits: Some((0.0, 1.0)), ..Axis::linear("rank of the truth / 100") };
-    let text = format!("{}: p = {:.2}", parameter.label, parameter.p_value);
+    let p = parameter.p_value;
+    let p = if p < 0.01 { format!("{p:.0e}") } else { format!("{p:.2}") };
+    let text = format!("{}: p = {p}", parameter.label);
     Panel {
         marks: vec![Mark::Band(expected), Mark::Histogram(steps)],
         captions: vec![Caption { text, colour: Colour::BLACK, anchor: Anchor::Start }],
@@ -94,9 +96,11 @@ mod tests {
     #[test]
     fn every_parameter_has_its_panel() {
         let one = RankHistogram { label: "γ".into(), counts: vec![3.0, 5.0], p_value: 0.5, coverage: 0.7 };
-        let figure = calibration(&[one.clone(), one]);
+        let rare = RankHistogram { p_value: 0.0026, ..one.clone() };
+        let figure = calibration(&[one, rare]);
         assert_eq!(figure.panels.len(), 3);
-        assert!(figure.to_svg().contains("p = 0.50"));
+        let svg = figure.to_svg();
+        assert!(svg.contains("p = 0.50") && svg.contains("p = 3e-3"));
         assert!(!calibration(&[]).to_svg().contains("NaN"));
     }
 }
