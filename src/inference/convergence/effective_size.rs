@@ -1,5 +1,7 @@
 //! Bulk and tail effective sample size (Vehtari et al. 2021, equations 10–13 and 15; Geyer 1992, Stat. Sci. 7, 473).
 
+use nalgebra::DVectorView;
+
 use super::ranks::normal_scores;
 use super::{mean, split, variance};
 use crate::inference::draws::quantile_of_sorted;
@@ -34,7 +36,10 @@ fn effective_size(chains: &[Vec<f64>]) -> f64 {
         })
         .collect();
     let autocovariance = |lag: usize| {
-        let of = |chain: &Vec<f64>| chain.iter().zip(&chain[lag..]).map(|(a, b)| a * b).sum::<f64>();
+        let of = |chain: &Vec<f64>| {
+            let earlier = DVectorView::from_slice(chain, draws - lag);
+            earlier.dot(&DVectorView::from_slice(&chain[lag..], draws - lag))
+        };
         centred.iter().map(of).sum::<f64>() / count
     };
     let unbiased = draws as f64 / (draws as f64 - 1.0);

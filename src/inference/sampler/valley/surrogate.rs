@@ -1,6 +1,7 @@
 //! What the floors found so far say of others: polynomials fitted to all of them, and what the nearest say of their error.
 
-use nalgebra::{DMatrix, DVector, DVectorView};
+use multiversion::multiversion;
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::least_squares::LeastSquares;
@@ -54,7 +55,7 @@ pub(super) struct Surrogate {
     determinant_terms: Monomials,
     #[serde(with = "bits::matrix")]
     determinant: DMatrix<f64>,
-    /// What the polynomials were fitted to, and x of each, a column a floor.
+    /// What the polynomials were fitted to, and x of each, a row a floor.
     known: Vec<Known>,
     #[serde(with = "bits::matrix")]
     anchors: DMatrix<f64>,
@@ -84,10 +85,10 @@ impl Surrogate {
         let stride = (known.len() * (1 + d)).div_ceil(MOST_EQUATIONS * floor_terms.degrees().len());
         let mut of_floor = LeastSquares::new(&floor_terms, known.len().div_ceil(stride) * (1 + d), 1 + stiff);
         let mut of_determinant = LeastSquares::new(&determinant_terms, known.len(), 1);
-        let mut anchors = DMatrix::zeros(d, known.len());
+        let mut anchors = DMatrix::zeros(known.len(), d);
         for (i, k) in known.iter().enumerate() {
             let x = factor.solve_lower_triangular(&(&k.s - &centre))?;
-            anchors.set_column(i, &x);
+            anchors.set_row(i, &x.transpose());
             if i % stride > 0 {
                 continue;
             }
@@ -145,11 +146,11 @@ impl Surrogate {
         /// Larger errors are walls, which say nothing of what lies before them.
         const LARGEST: f64 = 6.0;
         let error = |(i, weight): (usize, f64)| {
-            let (anchor, known) = (self.anchors.column(i), &self.known[i]);
+            let (anchor, known) = (self.anchors.row(i).transpose(), &self.known[i]);
             let (smooth, by_x) = self.smooth(anchor.as_slice());
             let slope = self.factor.tr_mul(&known.slope) - by_x;
             let error =
-                known.heights[0] - known.heights[1] - self.top - smooth + 0.5 * slope.dot(&(x - anchor));
+                known.heights[0] - known.heights[1] - self.top - smooth + 0.5 * slope.dot(&(x - &anchor));
             weight * error.clamp(-LARGEST, LARGEST)
         };
         self.smooth(x.as_slice()).0 + self.nearest(x).into_iter().map(error).sum::<f64>()
@@ -162,8 +163,8 @@ impl Surrogate {
         };
         let mut stiff = of(self.floor_terms.values(x.as_slice()));
         for (i, weight) in self.nearest(x) {
-            let (anchor, known) = (self.anchors.column(i), &self.known[i]);
-            let half = (x - anchor) * 0.5;
+            let (anchor, known) = (self.anchors.row(i).transpose(), &self.known[i]);
+            let half = (x - &anchor) * 0.5;
             let mut values = self.floor_terms.values(anchor.as_slice());
             let slopes = self.floor_terms.slopes(anchor.as_slice(), &values);
             for (value, slope) in values.iter_mut().zip(slopes.chunks_exact(half.len())) {
@@ -181,14 +182,15 @@ impl Surrogate {
     fn nearest(&self, x: &DVector<f64>) -> Vec<(usize, f64)> {
         const NEIGHBOURS: usize = 8;
         const TINY: f64 = 1e-12;
-        let squared = |(i, anchor): (usize, DVectorView<f64>)| {
-            (i, anchor.iter().zip(x.iter()).map(|(a, x)| (a - x) * (a - x)).sum::<f64>())
-        };
-        let mut nearest: Vec<(usize, f64)> = self.anchors.column_iter().enumerate().map(squared).collect();
-        let last = NEIGHBOURS.min(nearest.len()) - 1;
-        nearest.select_nth_unstable_by(last, |a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        nearest.truncate(last + 1);
-        nearest.sort_by_key(|(i, _)| *i);
+        let mut nearest: Vec<(usize, f64)> = Vec::with_capacity(NEIGHBOURS + 1);
+        let mut farthest = f64::INFINITY;
+        for (i, squared) in squared_distances(self.anchors.as_slice(), x.as_slice()).into_iter().enumerate() {
+            if squared < farthest {
+                nearest.insert(nearest.partition_point(|(_, nearer)| *nearer <= squared), (i, squared));
+                nearest.truncate(NEIGHBOURS);
+                farthest = nearest.get(NEIGHBOURS - 1).map_or(f64::INFINITY, |last| last.1);
+            }
+        }
         nearest.iter_mut().for_each(|(_, weight)| *weight = (*weight + TINY).powi(-2));
         let sum: f64 = nearest.iter().map(|(_, weight)| weight).sum();
         nearest.iter_mut().for_each(|(_, weight)| *weight /= sum);
@@ -203,6 +205,20 @@ impl Surrogate {
 
 fn first_column(matrix: &DMatrix<f64>) -> &[f64] {
     &matrix.as_slice()[..matrix.nrows()]
+}
+
+/// Squared distances of points from x; `points` holds all first coordinates, then all second ones, and so on.
+#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn squared_distances(points: &[f64], x: &[f64]) -> Vec<f64> {
+    let n = points.len() / x.len();
+    let mut squared = vec![0.0; n];
+    for (coordinates, x) in points.chunks_exact(n).zip(x) {
+        for (squared, coordinate) in squared.iter_mut().zip(coordinates) {
+            *squared += (coordinate - x) * (coordinate - x);
+        }
+    }
+    squared
 }
 
 #[cfg(test)]
