@@ -23,12 +23,11 @@ pub use report::AccuracyReport;
 use std::sync::{Mutex, PoisonError};
 
 use rand::RngExt;
-use rayon::prelude::*;
 
 use super::segment::Segment;
 use crate::mapping::{Mapping, Order, RayBundle};
 use crate::numerics::random::{Stage, stream};
-use tree::{CHUNK, FEW_IN_VACUUM, Part, Traced, Tree};
+use tree::{FEW_IN_VACUUM, Part, Traced, Tree};
 
 /// A segment traced to a stated accuracy instead of exactly.
 ///
@@ -93,8 +92,7 @@ impl AdaptiveSegment<'_> {
     }
 
     /// Every ray from the tree or, where that refused it, from the exact recursion.
-    fn complete(&self, theta: &[[f64; 2]], order: Order, mut traced: Traced) -> RayBundle {
-        traced.refused.sort_unstable();
+    fn complete(&self, theta: &[[f64; 2]], order: Order, traced: Traced) -> RayBundle {
         let again: Vec<[f64; 2]> = traced.refused.iter().map(|&i| theta[i as usize]).collect();
         let exact = Part { bundle: self.exact.map(&again, order), rays: traced.refused };
         let mut parts = traced.parts;
@@ -108,26 +106,16 @@ impl AdaptiveSegment<'_> {
 }
 
 /// Values of one kind in the order of the rays; empty when nothing of the kind was traced.
-fn gather<T: Copy + Default + Send + Sync>(
-    n: usize,
-    parts: &[Part],
-    of: impl Fn(&RayBundle) -> &[T] + Sync,
-) -> Vec<T> {
+fn gather<T: Copy + Default>(n: usize, parts: &[Part], of: impl Fn(&RayBundle) -> &[T]) -> Vec<T> {
     if parts.iter().all(|part| of(&part.bundle).is_empty()) {
         return Vec::new();
     }
     let mut all = vec![T::default(); n];
-    all.par_chunks_mut(CHUNK).enumerate().for_each(|(k, chunk)| {
-        let first = k * CHUNK;
-        for part in parts {
-            let [from, to] = [first, first + chunk.len()]
-                .map(|end| part.rays.partition_point(|&ray| (ray as usize) < end));
-            let values = &of(&part.bundle)[from..to];
-            for (&ray, value) in part.rays[from..to].iter().zip(values) {
-                chunk[ray as usize - first] = *value;
-            }
+    for part in parts {
+        for (&ray, value) in part.rays.iter().zip(of(&part.bundle)) {
+            all[ray as usize] = *value;
         }
-    });
+    }
     all
 }
 

@@ -20,8 +20,6 @@ fn few(events: usize) -> usize {
     140 + 4000 / events.max(1)
 }
 
-/// Rays sorted and gathered at a time.
-pub(super) const CHUNK: usize = 1 << 14;
 /// Levels below the root, for rays that coincide.
 const DEEPEST: usize = 24;
 /// Part of the accuracy by which interpolation may miss the kick of a single smooth halo.
@@ -37,7 +35,7 @@ pub(super) struct Tree<'a> {
     root: Option<Tile<'a>>,
 }
 
-/// Rays by their indices, ascending, and what became of them.
+/// Rays by their indices, and what became of them.
 pub(super) struct Part {
     pub rays: Vec<u32>,
     pub bundle: RayBundle,
@@ -84,9 +82,10 @@ impl<'a> Tree<'a> {
 
     /// Traces rays; refuses those outside the field and those that no accurate tile holds.
     pub fn trace(&self, theta: &[[f64; 2]], order: Order) -> Traced {
+        let all: Vec<u32> = (0..theta.len() as u32).collect();
         let (inside, outside): (Vec<u32>, Vec<u32>) =
-            (0..theta.len() as u32).into_par_iter().partition(|&i| self.square.contains(theta[i as usize]));
-        let mut traced = self.quarters(self.root.as_ref(), self.square, &inside, theta, order, 0, 1);
+            all.into_iter().partition(|&i| self.square.contains(theta[i as usize]));
+        let mut traced = self.quarters(self.root.as_ref(), self.square, inside, theta, order, 0, 1);
         traced.refused.extend(outside);
         traced
     }
@@ -96,24 +95,20 @@ impl<'a> Tree<'a> {
         &self,
         source: Option<&Tile<'a>>,
         square: Field,
-        rays: &[u32],
+        rays: Vec<u32>,
         theta: &[[f64; 2]],
         order: Order,
         depth: usize,
         generation: usize,
     ) -> Traced {
-        let sorted = |rays: &[u32]| {
-            let mut quarters: [Vec<u32>; 4] = std::array::from_fn(|_| Vec::with_capacity(rays.len() / 3));
-            for &ray in rays {
-                quarters[square.quarter_of(theta[ray as usize])].push(ray);
-            }
-            quarters
-        };
-        let chunks: Vec<[Vec<u32>; 4]> = rays.par_chunks(CHUNK).map(sorted).collect();
-        let parts: Vec<Traced> = (0..4)
+        let mut quarters: [Vec<u32>; 4] = std::array::from_fn(|_| Vec::with_capacity(rays.len() / 3));
+        for ray in rays {
+            quarters[square.quarter_of(theta[ray as usize])].push(ray);
+        }
+        let parts: Vec<Traced> = quarters
             .into_par_iter()
-            .map(|k| {
-                let rays = chunks.iter().map(|quarters| quarters[k].as_slice()).collect::<Vec<_>>().concat();
+            .enumerate()
+            .map(|(k, rays)| {
                 let few = source.map_or(FEW_IN_VACUUM, |tile| few(tile.events.len()));
                 if rays.len() <= few || depth == DEEPEST {
                     return through(source, rays, theta, order);
@@ -121,7 +116,7 @@ impl<'a> Tree<'a> {
                 let quarter = square.quarter(k);
                 let tile = self.tile(source, quarter, generation);
                 let generation = generation + usize::from(tile.is_some());
-                self.quarters(tile.as_ref().or(source), quarter, &rays, theta, order, depth + 1, generation)
+                self.quarters(tile.as_ref().or(source), quarter, rays, theta, order, depth + 1, generation)
             })
             .collect();
         parts.into_iter().fold(Traced::default(), Traced::and)

@@ -1,10 +1,8 @@
 //! A tile's surroundings when no wider tile holds it: all planes, traced exactly.
 
-use std::ops::Range;
-
 use multiversion::multiversion;
 
-use super::chebyshev::{corner, nodes};
+use super::chebyshev::corner;
 use super::field::Field;
 use super::kick::Kick;
 use super::survey::{ROW_NODES, Rough, Spot, Survey, rays, row_nodes};
@@ -21,8 +19,6 @@ const EDGE: usize = 8;
 const CLEAR_OF_LENS: f64 = 1.5;
 /// A square for which a greater part of all planes is rough is not worth a survey.
 const ROUGH_SHARE: f64 = 0.3;
-/// Planes that the edge is followed ahead of the coarse nodes.
-const STRETCH: usize = 4096;
 
 /// Where the exact recursion halts: after so many planes, for this kick.
 struct Halt<'a> {
@@ -37,12 +33,14 @@ pub(super) fn survey<'a>(
     square: Field,
     tolerance_arcsec: f64,
 ) -> Option<Survey<'a>> {
-    let Encountered { halts, images_arcsec, rows, end_rows } =
-        encounter(segment, &way, &square, tolerance_arcsec)?;
-    let theta_arcsec = rays(&square, &images_arcsec);
+    let (halts, images) = halts(segment, &way, &square, tolerance_arcsec)?;
+    let theta_arcsec = rays(&square, &images);
     let positions =
         |block: usize| record(segment, &way, &halts, &theta_arcsec[block * TILE..(block + 1) * TILE]);
-    let (first, second) = rayon::join(|| positions(0), || positions(1));
+    let (rows, (first, second)) = rayon::join(
+        || record_rows(segment, &way, &halts, &row_nodes(&theta_arcsec)[1..]),
+        || rayon::join(|| positions(0), || positions(1)),
+    );
     let scale = 1.0 / way.length_cmpc();
     let end = |x: [f64; 2]| [0, 1].map(|c| (x[c] - way.x_axis_end[c]) * scale);
     let beta_arcsec = first.1.into_iter().chain(second.1).map(end).collect();
@@ -54,61 +52,62 @@ pub(super) fn survey<'a>(
     let rough = halts
         .iter()
         .zip(met)
-        .zip(rows)
+        .zip(rows.0)
         .map(|((halt, met), rows)| Rough { kick: halt.kick, met, rows })
         .collect();
-    Some(Survey { square, theta_arcsec, rough, beta_arcsec, end_rows })
+    Some(Survey { square, theta_arcsec, rough, beta_arcsec, end_rows: rows.1 })
 }
 
-/// What rays on the edge of a square and at its coarse nodes show.
-struct Encountered<'a> {
-    /// Rough planes in order with the main lens among them.
-    halts: Vec<Halt<'a>>,
-    /// Directions in which haloes inside the square are seen, strongest first.
-    images_arcsec: Vec<[f64; 2]>,
-    /// Rows at every halt and at the end.
-    rows: Vec<[Rows; ROW_NODES]>,
-    end_rows: [Rows; ROW_NODES],
-}
-
-/// Follows the edge to learn where to halt and, one stretch of planes behind it, the coarse nodes.
-fn encounter<'a>(
+/// Rough planes in order with the main lens among them, and the directions in which haloes inside the square are
+/// seen, strongest first.
+fn halts<'a>(
     segment: &Segment<'a>,
     way: &Way,
     square: &Field,
     tolerance: f64,
-) -> Option<Encountered<'a>> {
-    let planes = segment.planes.len();
-    let split = segment.lens.map_or(planes, |lens| lens.after);
-    // The stretch that begins at `split` holds the main lens even if it holds no plane.
-    let stretches = (0..split).step_by(STRETCH).map(|from| from..split.min(from + STRETCH));
-    let stretches = stretches
-        .chain((split..planes.max(split + 1)).step_by(STRETCH).map(|from| from..planes.min(from + STRETCH)));
-    let limit = (ROUGH_SHARE * planes as f64) as usize;
+) -> Option<(Vec<Halt<'a>>, Vec<[f64; 2]>)> {
     let mut edge = Edge::start(way, square);
-    let mut coarse = Coarse::start(way, &row_nodes(&nodes(square))[1..]);
-    let (mut halts, mut images, mut behind): (Vec<Halt>, Vec<_>, usize) = (Vec::new(), Vec::new(), 0);
-    for stretch in stretches {
-        let (from, old) = (stretch.start, &halts[behind..]);
-        let (found, ()) =
-            rayon::join(|| edge.through(segment, stretch, tolerance), || coarse.follow(segment, old, from));
-        behind = halts.len();
-        let (new, seen) = found?;
-        halts.extend(new);
-        images.extend(seen);
-        if halts.len() > limit {
+    let (mut halts, mut images) = (Vec::new(), Vec::new());
+    let split = segment.lens.map_or(segment.planes.len(), |lens| lens.after);
+    let (nearer, farther) = segment.planes.split_at(split);
+    let limit = (ROUGH_SHARE * segment.planes.len() as f64) as usize;
+    let mut through = |edge: &mut Edge, planes: &[Plane], first: usize, halts: &mut Vec<Halt<'a>>| {
+        let mut rough = Vec::new();
+        edge_through(edge, planes, tolerance, &mut rough);
+        for (number, strength, image) in rough {
+            halts.push(Halt { after: first + number, kick: Kick::Halo(planes[number]) });
+            if square.contains(image) {
+                images.push((strength, image));
+            }
+        }
+        halts.len() <= limit
+    };
+    if !through(&mut edge, nearer, 0, &mut halts) {
+        return None;
+    }
+    if let Some(lens) = segment.lens {
+        let f = segment.chi_source_cmpc / (segment.chi_source_cmpc - lens.chi_cmpc);
+        let kick = Kick::Lens(lens.chi_cmpc, f, lens.profile);
+        let spot = edge.advance(lens.chi_cmpc);
+        let [x, y] = lens.profile.centre_arcsec().unwrap_or(spot.mean_arcsec);
+        let distance = (x - spot.mean_arcsec[0]).hypot(y - spot.mean_arcsec[1]);
+        let is_clear = distance > CLEAR_OF_LENS * spot.radius_arcsec;
+        if !is_clear {
             return None;
         }
+        for i in 0..EDGE {
+            let at = [0, 1].map(|c| edge.x[c][i] / lens.chi_cmpc);
+            let alpha = lens.profile.deflection(at[0], at[1]);
+            (0..2).for_each(|c| edge.s[c][i] -= f * alpha[c]);
+        }
+        halts.push(Halt { after: split, kick });
     }
-    coarse.follow(segment, &halts[behind..], planes);
+    if !through(&mut edge, farther, split, &mut halts) {
+        return None;
+    }
     images.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let images_arcsec = images.into_iter().map(|(_, image)| image).collect();
-    let (rows, end_rows) = coarse.end(way);
-    Some(Encountered { halts, images_arcsec, rows, end_rows })
+    Some((halts, images.into_iter().map(|(_, image)| image).collect()))
 }
-
-/// Halts of a stretch; strengths and images of haloes.
-type Found<'a> = (Vec<Halt<'a>>, Vec<(f64, [f64; 2])>);
 
 /// Rays on the edge of a square: corners and middles of the sides.
 struct Edge {
@@ -141,43 +140,6 @@ impl Edge {
             s: [0, 1].map(|c| std::array::from_fn(|i| slope(c, &Self::PLACES[i]))),
             chi_cmpc: way.chi_start,
         }
-    }
-
-    /// Through a stretch of planes, the main lens first if it lies there: where to halt, and the strengths of haloes
-    /// inside the square with the directions in which they are seen. Nothing if the square holds the main lens.
-    fn through<'a>(
-        &mut self,
-        segment: &Segment<'a>,
-        stretch: Range<usize>,
-        tolerance: f64,
-    ) -> Option<Found<'a>> {
-        let (mut halts, mut images) = (Vec::new(), Vec::new());
-        if let Some(lens) = segment.lens.filter(|lens| lens.after == stretch.start) {
-            let f = segment.chi_source_cmpc / (segment.chi_source_cmpc - lens.chi_cmpc);
-            let spot = self.advance(lens.chi_cmpc);
-            let [x, y] = lens.profile.centre_arcsec().unwrap_or(spot.mean_arcsec);
-            let distance = (x - spot.mean_arcsec[0]).hypot(y - spot.mean_arcsec[1]);
-            let is_clear = distance > CLEAR_OF_LENS * spot.radius_arcsec;
-            if !is_clear {
-                return None;
-            }
-            for i in 0..EDGE {
-                let at = [0, 1].map(|c| self.x[c][i] / lens.chi_cmpc);
-                let alpha = lens.profile.deflection(at[0], at[1]);
-                (0..2).for_each(|c| self.s[c][i] -= f * alpha[c]);
-            }
-            halts.push(Halt { after: lens.after, kick: Kick::Lens(lens.chi_cmpc, f, lens.profile) });
-        }
-        let planes = &segment.planes[stretch.clone()];
-        let mut rough = Vec::new();
-        edge_through(self, planes, tolerance, &mut rough);
-        for (number, strength, image) in rough {
-            halts.push(Halt { after: stretch.start + number, kick: Kick::Halo(planes[number]) });
-            if self.square.contains(image) {
-                images.push((strength, image));
-            }
-        }
-        Some((halts, images))
     }
 
     /// On to `chi_cmpc`: where the rays are seen there.
@@ -280,54 +242,41 @@ fn pass(tile: &mut Tile, segment: &Segment, halt: &Halt, used: usize) -> usize {
     }
 }
 
-/// The coarse nodes but the first on their way, which only smooth haloes bend relative to each other, and their rows.
+/// Rows at every halt and at the end for rays that only smooth haloes bend relative to each other.
 ///
-/// Lanes i and n + i hold ray i with derivatives by a and by b; the n rays fill a tile.
-struct Coarse {
-    tile: Tile,
-    n: usize,
-    next: usize,
-    rows: Vec<[Rows; ROW_NODES]>,
-}
-
-impl Coarse {
-    fn start(way: &Way, theta: &[[f64; 2]]) -> Self {
-        let n = theta.len();
-        let twice: Vec<[f64; 2]> = theta.iter().chain(theta).copied().collect();
-        let mut tile = Tile::start(way.chi_start, way.x_start, way.s_start, &twice);
-        for c in [0, 3] {
-            tile.dx[c][n..2 * n].fill(way.length_cmpc());
-            tile.ds[c][n..2 * n].fill(0.0);
-        }
-        Self { tile, n, next: 0, rows: Vec::new() }
+/// Lanes i and n + i hold ray i with derivatives by a and by b. The n rays, all coarse nodes but the first, fill a tile.
+fn record_rows(
+    segment: &Segment,
+    way: &Way,
+    halts: &[Halt],
+    theta: &[[f64; 2]],
+) -> (Vec<[Rows; ROW_NODES]>, [Rows; ROW_NODES]) {
+    let n = theta.len();
+    let twice: Vec<[f64; 2]> = theta.iter().chain(theta).copied().collect();
+    let mut tile = Tile::start(way.chi_start, way.x_start, way.s_start, &twice);
+    for c in [0, 3] {
+        tile.dx[c][n..2 * n].fill(way.length_cmpc());
+        tile.ds[c][n..2 * n].fill(0.0);
     }
-
-    /// Past the next halts and on through all planes before number `until`.
-    fn follow(&mut self, segment: &Segment, halts: &[Halt], until: usize) {
-        for halt in halts {
-            trace_jacobians(&mut self.tile, &segment.planes[self.next..halt.after]);
-            self.tile.advance::<1>(halt.kick.chi_cmpc());
-            self.rows.push(self.rows_at(1.0 / self.tile.chi_cmpc));
-            self.next = pass(&mut self.tile, segment, halt, 2 * self.n);
-        }
-        trace_jacobians(&mut self.tile, &segment.planes[self.next..until]);
-        self.next = until;
-    }
-
-    /// Rows at the halts and at the end.
-    fn end(mut self, way: &Way) -> (Vec<[Rows; ROW_NODES]>, [Rows; ROW_NODES]) {
-        self.tile.advance::<1>(way.chi_end);
-        let end_rows = self.rows_at(1.0 / way.length_cmpc());
-        (self.rows, end_rows)
-    }
-
-    fn rows_at(&self, inv_chi: f64) -> [Rows; ROW_NODES] {
-        let by = |c: usize, i: usize| inv_chi * self.tile.dx[c][i];
+    let rows = |tile: &Tile, inv_chi: f64| -> [Rows; ROW_NODES] {
+        let by = |c: usize, i: usize| inv_chi * tile.dx[c][i];
         let mut rows = [[[0.0; 4]; 2]; ROW_NODES];
-        for i in 0..self.n {
-            rows[i + 1] = [0, 2].map(|c| [by(c, i), by(c + 1, i), by(c, self.n + i), by(c + 1, self.n + i)]);
+        for i in 0..n {
+            rows[i + 1] = [0, 2].map(|c| [by(c, i), by(c + 1, i), by(c, n + i), by(c + 1, n + i)]);
         }
         rows[0] = [0, 1].map(|c| std::array::from_fn(|m| corner(|k| rows[k][c][m])));
         rows
+    };
+    let mut all = Vec::with_capacity(halts.len());
+    let mut next = 0;
+    for halt in halts {
+        trace_jacobians(&mut tile, &segment.planes[next..halt.after]);
+        tile.advance::<1>(halt.kick.chi_cmpc());
+        all.push(rows(&tile, 1.0 / tile.chi_cmpc));
+        next = pass(&mut tile, segment, halt, 2 * n);
     }
+    trace_jacobians(&mut tile, &segment.planes[next..]);
+    tile.advance::<1>(way.chi_end);
+    let end = rows(&tile, 1.0 / way.length_cmpc());
+    (all, end)
 }
