@@ -63,6 +63,16 @@ impl Axes {
         Self { origin: DVector::from_column_slice(origin), slow: columns(slow), stiff: columns(stiff) }
     }
 
+    /// The same with one stiff direction taken as slow.
+    pub fn follow(mut self, direction: usize) -> Self {
+        let followed = self.stiff.column(direction).into_owned();
+        let slow = self.slow.ncols();
+        self.slow = self.slow.insert_column(slow, 0.0);
+        self.slow.set_column(slow, &followed);
+        self.stiff = self.stiff.remove_column(direction);
+        self
+    }
+
     /// Number of principal axes wider than `width`.
     pub fn wider_than(width: f64, metric: &DMatrix<f64>) -> usize {
         metric.symmetric_eigenvalues().iter().filter(|value| value.sqrt() * width < 1.0).count()
