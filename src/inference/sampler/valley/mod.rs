@@ -12,7 +12,11 @@
 //!   2003, Bayesian Statistics 7, 651). On that way each trajectory is accepted by the surrogate s̃ itself; its end is then
 //!   accepted by m(s′) s̃(s)/[m(s) s̃(s′)], which makes the chain exact whatever the surrogate is (Liu 2001, Monte Carlo
 //!   Strategies in Scientific Computing, section 9.4.3).
-//!   The surrogate is made again whenever an eighth more floors are known, and no more after the first few thousand.
+//!   The surrogate is made again whenever an eighth more floors are known: ever more rarely, so that the chain still tends to
+//!   the posterior (Roberts & Rosenthal 2007, J. Appl. Probab. 44, 458).
+//! - *Between* valleys: ellipticity and foreground shear turn the same image into two modes with hardly anything between
+//!   them. Some proposals leap, on the surrogate, to where chains have been before, by the density of normal kernels about
+//!   their draws.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
@@ -20,6 +24,7 @@
 //!   would hold the chain where it is; Metropolis steps of t at the same s, after each proposal, lead it back.
 
 mod least_squares;
+mod memory;
 mod monomials;
 mod place;
 mod surrogate;
@@ -32,6 +37,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use self::memory::Memory;
 use self::place::{Place, tries_for};
 use self::surrogate::{Known, Surrogate};
 use self::trajectory::{Pace, transition};
@@ -48,8 +54,6 @@ use crate::numerics::random::{Stage, stream};
 const ROUNDS: u64 = 8;
 const FEWER_ROUNDS: (u64, f64) = (5, 0.5);
 const TRUSTED_ROUNDS: (u64, f64) = (4, 0.9);
-/// Floors after which the surrogate learns no more.
-const MOST_FLOORS: usize = 6_000;
 /// Most directions taken as slow.
 const MOST_SLOW: usize = 12;
 /// Curvatures after which the search for a floor is given up.
@@ -102,10 +106,12 @@ pub(super) struct ValleyState {
     settings: ValleySettings,
     axes: Axes,
     surrogate: Surrogate,
+    /// Draws, in the coordinates of the surrogate.
+    memory: Option<Memory>,
     places: Vec<Place>,
     /// Draws of t for each s.
     tries: usize,
-    /// Floors that the surrogate does not know yet, s of the draws, and deviations of ln w, as long as it learns.
+    /// Floors that the surrogate does not know yet, s of the draws, and deviations of ln w.
     fresh: Vec<Known>,
     #[serde(with = "bits")]
     visited: Vec<f64>,
@@ -165,6 +171,7 @@ impl ValleyState {
             settings,
             axes,
             surrogate,
+            memory: None,
             places,
             tries,
             fresh: vec![],
@@ -233,7 +240,7 @@ impl ValleyState {
     /// One proposal, accepted or not.
     fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
         let start = self.surrogate.x(&leg.place.s);
-        let (x, surrogate_gain) = transition(&self.surrogate, self.pace, &start, rng);
+        let (x, surrogate_gain) = transition(&self.surrogate, self.memory.as_ref(), self.pace, &start, rng);
         if x == start {
             return;
         }
@@ -257,10 +264,6 @@ impl ValleyState {
     /// Fits the surrogate again once there are enough new floors, and takes as many draws across the valley as half of the
     /// places need.
     fn learn(&mut self, legs: &[Leg]) {
-        if self.surrogate.known().len() >= MOST_FLOORS {
-            (self.fresh, self.visited, self.spreads) = (vec![], vec![], vec![]);
-            return;
-        }
         for leg in legs {
             self.fresh.extend_from_slice(&leg.known);
             self.visited.extend_from_slice(&leg.visited);
@@ -284,6 +287,8 @@ impl ValleyState {
         });
         let known = self.surrogate.known().iter().chain(&self.fresh).cloned().collect();
         if let Some(surrogate) = Surrogate::fit(centre, factor, known) {
+            let later = later.chunks_exact(slow).map(|s| surrogate.x(&DVector::from_column_slice(s)));
+            self.memory = Memory::of(&later.collect::<Vec<_>>());
             self.surrogate = surrogate;
             self.fresh.clear();
         }

@@ -136,7 +136,7 @@ pub(super) fn normal(count: usize, rng: &mut impl Rng) -> DVector<f64> {
 }
 
 /// ln Σ exp; −∞ of nothing.
-fn log_sum(logarithms: impl IntoIterator<Item = f64> + Clone) -> f64 {
+pub(super) fn log_sum(logarithms: impl IntoIterator<Item = f64> + Clone) -> f64 {
     let top = logarithms.clone().into_iter().fold(f64::NEG_INFINITY, f64::max);
     if top == f64::NEG_INFINITY {
         return top;

@@ -210,7 +210,7 @@ fn first_column(matrix: &DMatrix<f64>) -> &[f64] {
 /// Squared distances of points from x; `points` holds all first coordinates, then all second ones, and so on.
 #[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn squared_distances(points: &[f64], x: &[f64]) -> Vec<f64> {
+pub(super) fn squared_distances(points: &[f64], x: &[f64]) -> Vec<f64> {
     let n = points.len() / x.len();
     let mut squared = vec![0.0; n];
     for (coordinates, x) in points.chunks_exact(n).zip(x) {

@@ -4,6 +4,7 @@ use nalgebra::DVector;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
+use super::memory::Memory;
 use super::place::normal;
 use super::surrogate::Surrogate;
 
@@ -23,22 +24,34 @@ pub(super) enum Pace {
 }
 
 /// The end of one or several Hamiltonian trajectories, each accepted by a power of the surrogate's own density, and by
-/// how much the logarithm of that is larger there than at the start.
+/// how much the logarithm of that is larger there than at the start. Sometimes a leap to where chains have been, accepted
+/// likewise, comes before each.
 pub(super) fn transition(
     surrogate: &Surrogate,
+    memory: Option<&Memory>,
     pace: Pace,
     start: &DVector<f64>,
     rng: &mut impl Rng,
 ) -> (DVector<f64>, f64) {
+    const LEAPING: f64 = 0.1;
     const SINGLE: f64 = 0.3;
     const SEVERAL: usize = 10;
     const LEAST_POWER: f64 = 0.5;
-    let is_single = pace == Pace::Trusting || rng.random::<f64>() < SINGLE;
+    let memory = memory.filter(|_| rng.random::<f64>() < LEAPING);
+    let is_single = memory.is_none() && (pace == Pace::Trusting || rng.random::<f64>() < SINGLE);
     let trajectories = if is_single { 1 } else { SEVERAL };
     let power = if pace == Pace::Doubting { rng.random_range(LEAST_POWER..1.0) } else { 1.0 };
     let first = power * surrogate.log_marginal(start);
     let (mut here, mut log_density) = (start.clone(), first);
     for _ in 0..trajectories {
+        if let Some(memory) = memory {
+            let there = memory.draw(rng);
+            let there_density = power * surrogate.log_marginal(&there);
+            let drawn_more = memory.log_density(&there) - memory.log_density(&here);
+            if rng.random::<f64>().ln() < there_density - log_density - drawn_more {
+                (here, log_density) = (there, there_density);
+            }
+        }
         let momentum = normal(start.len(), rng);
         let before = log_density - 0.5 * momentum.norm_squared();
         let end = leapfrog(surrogate, power, here.clone(), momentum, steps(rng));
@@ -84,39 +97,76 @@ mod tests {
 
     use super::*;
     use crate::inference::floor::Floor;
+    use crate::inference::sampler::valley::place::log_sum;
     use crate::inference::sampler::valley::surrogate::Known;
     use crate::numerics::random::{Stage, stream};
 
-    #[test]
-    fn a_wrong_surrogate_still_leads_to_the_right_distribution() {
-        // What is known is ln p = −x²/3 with an edge; what is wanted is −x²/2 + x/2.
+    /// Of ln p and its slope, known at 41 points.
+    fn surrogate(known: impl Fn(f64) -> (f64, f64), apart: f64) -> Surrogate {
         let known = (-20..=20).map(|i| {
-            let x = f64::from(i) / 5.0;
-            let edge = if x > 1.0 { -1.0 } else { 0.0 };
+            let x = apart * f64::from(i);
+            let (log_density, slope) = known(x);
             let floor = Floor {
                 stiff: DVector::zeros(0),
-                log_density: -x * x / 3.0 + edge,
-                slope: DVector::from_vec(vec![-2.0 * x / 3.0]),
+                log_density,
+                slope: DVector::from_vec(vec![slope]),
                 bend: DMatrix::zeros(0, 1),
-                metric: DMatrix::from_vec(1, 1, vec![2.0 / 3.0]),
+                metric: DMatrix::identity(1, 1),
                 factor: DMatrix::zeros(0, 0),
             };
             Known::new(DVector::from_vec(vec![x]), &floor)
         });
-        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), known.collect()).unwrap();
-        let wanted = |x: f64| -0.5 * x * x + 0.5 * x;
+        Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), known.collect()).unwrap()
+    }
+
+    fn drawn(surrogate: &Surrogate, memory: &Memory, wanted: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut rng = stream(1, 0, Stage::Sampling, 0);
-        let mut here = DVector::zeros(1);
-        let mut draws = vec![];
-        for _ in 0..40_000 {
-            let (there, surrogate_gain) = transition(&surrogate, Pace::Doubting, &here, &mut rng);
+        let mut here = DVector::from_vec(vec![0.5]);
+        let step = |_| {
+            let (there, surrogate_gain) =
+                transition(surrogate, Some(memory), Pace::Doubting, &here, &mut rng);
             if rng.random::<f64>().ln() < wanted(there[0]) - wanted(here[0]) - surrogate_gain {
                 here = there;
             }
-            draws.push(here[0]);
-        }
-        let mean = draws.iter().sum::<f64>() / draws.len() as f64;
-        let variance = draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / draws.len() as f64;
-        assert!((mean - 0.5).abs() < 0.03 && (variance - 1.0).abs() < 0.05, "{mean} {variance}");
+            here[0]
+        };
+        (0..40_000).map(step).collect()
+    }
+
+    fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+        let count = values.len() as f64;
+        values.sum::<f64>() / count
+    }
+
+    fn memory(draws: impl Iterator<Item = f64>) -> Memory {
+        Memory::of(&draws.map(|x| DVector::from_vec(vec![x])).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn a_wrong_surrogate_and_memory_still_lead_to_the_right_distribution() {
+        // What is known is ln p = −x²/3 with an edge; what is wanted is −x²/2 + x/2.
+        let edge = |x: f64| if x > 1.0 { -1.0 } else { 0.0 };
+        let surrogate = surrogate(|x| (-x * x / 3.0 + edge(x), -2.0 * x / 3.0), 0.2);
+        let memory = memory((0..30).map(|i| f64::from(i) / 10.0 - 2.0));
+        let draws = drawn(&surrogate, &memory, |x| -0.5 * x * x + 0.5 * x);
+        let mean_draw = mean(draws.iter().copied());
+        let variance = mean(draws.iter().map(|x| (x - mean_draw).powi(2)));
+        assert!((mean_draw - 0.5).abs() < 0.03 && (variance - 1.0).abs() < 0.05, "{mean_draw} {variance}");
+    }
+
+    #[test]
+    fn leaps_join_modes_that_no_trajectory_joins() {
+        // 0.3 N(−5, ½) + 0.7 N(5, ½), of which half of what is remembered is on either side.
+        let modes = |x: f64| [0.3f64.ln() - 2.0 * (x + 5.0).powi(2), 0.7f64.ln() - 2.0 * (x - 5.0).powi(2)];
+        let wanted = |x| log_sum(modes(x));
+        let slope = |x: f64| {
+            let [left, right] = modes(x).map(|mode| (mode - wanted(x)).exp());
+            -4.0 * (left * (x + 5.0) + right * (x - 5.0))
+        };
+        let surrogate = surrogate(|x| (wanted(x), slope(x)), 0.4);
+        let memory = memory((0..60).map(|i| f64::from(i / 2 - 15) / 15.0 + f64::from(i % 2 * 10 - 5)));
+        let draws = drawn(&surrogate, &memory, wanted);
+        let right = mean(draws.iter().map(|x| f64::from(*x > 0.0)));
+        assert!((right - 0.7).abs() < 0.02, "{right}");
     }
 }
