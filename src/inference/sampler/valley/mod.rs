@@ -12,8 +12,8 @@
 //!   2003, Bayesian Statistics 7, 651). On that way each trajectory is accepted by the surrogate s̃ itself; its end is then
 //!   accepted by m(s′) s̃(s)/[m(s) s̃(s′)], which makes the chain exact whatever the surrogate is (Liu 2001, Monte Carlo
 //!   Strategies in Scientific Computing, section 9.4.3).
-//!   The surrogate is made again whenever an eighth more floors are known: ever more rarely, so that the chain still tends to
-//!   the posterior (Roberts & Rosenthal 2007, J. Appl. Probab. 44, 458).
+//!   Of the surrogate made again with new floors less and less is new, so that the chain still tends to the posterior
+//!   (Roberts & Rosenthal 2007, J. Appl. Probab. 44, 458).
 //! - *Between* valleys: ellipticity and foreground shear turn the same image into two modes with hardly anything between
 //!   them. Some proposals leap, on the surrogate, to where chains have been before, by the density of normal kernels about
 //!   their draws.
@@ -23,9 +23,7 @@
 //!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight
 //!   would hold the chain where it is; Metropolis steps of t at the same s, after each proposal, lead it back.
 
-mod least_squares;
 mod memory;
-mod monomials;
 mod place;
 mod surrogate;
 mod trajectory;
@@ -69,9 +67,9 @@ const WIDEST_WEIGHTS: f64 = 1.0;
 pub struct ValleySettings {
     /// Independent chains, at least 2.
     pub chains: usize,
-    /// Proposals of a chain in each of the four to eight rounds of warm-up, which teach the polynomials; at least 10.
+    /// Proposals of a chain in each of the four to eight rounds of warm-up, which teach the surrogate; at least 10.
     pub round_draws: usize,
-    /// Draws of a chain between two looks at convergence.
+    /// Draws of a chain between two looks at convergence, each of which makes the surrogate again.
     pub block_draws: usize,
     /// Draws of a chain after which sampling stops unconverged.
     pub max_draws: usize,
@@ -82,7 +80,7 @@ pub struct ValleySettings {
 
 impl Default for ValleySettings {
     fn default() -> Self {
-        Self { chains: 4, round_draws: 30, block_draws: 100, max_draws: 4_000, slow_width: 0.03 }
+        Self { chains: 4, round_draws: 30, block_draws: 50, max_draws: 4_000, slow_width: 0.03 }
     }
 }
 
@@ -111,8 +109,7 @@ pub(super) struct ValleyState {
     places: Vec<Place>,
     /// Draws of t for each s.
     tries: usize,
-    /// Floors that the surrogate does not know yet, s of the draws, and deviations of ln w.
-    fresh: Vec<Known>,
+    /// s of the draws, and deviations of ln w.
     #[serde(with = "bits")]
     visited: Vec<f64>,
     #[serde(with = "bits")]
@@ -174,7 +171,6 @@ impl ValleyState {
             memory: None,
             places,
             tries,
-            fresh: vec![],
             visited: vec![],
             spreads: vec![],
             pace: Pace::Learning,
@@ -261,16 +257,11 @@ impl ValleyState {
         }
     }
 
-    /// Fits the surrogate again once there are enough new floors, and takes as many draws across the valley as half of the
-    /// places need.
+    /// Makes the surrogate again with the new floors, and takes as many draws across the valley as half of the places need.
     fn learn(&mut self, legs: &[Leg]) {
         for leg in legs {
-            self.fresh.extend_from_slice(&leg.known);
             self.visited.extend_from_slice(&leg.visited);
             self.spreads.extend_from_slice(&leg.spreads);
-        }
-        if 8 * self.fresh.len() < self.surrogate.known().len() {
-            return;
         }
         let slow = self.axes.slow_dimension();
         let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
@@ -285,12 +276,12 @@ impl ValleyState {
             let (centre, factor) = self.surrogate.scale();
             (centre.clone(), factor.clone())
         });
-        let known = self.surrogate.known().iter().chain(&self.fresh).cloned().collect();
+        let fresh = legs.iter().flat_map(|leg| &leg.known);
+        let known = self.surrogate.known().iter().chain(fresh).cloned().collect();
         if let Some(surrogate) = Surrogate::fit(centre, factor, known) {
             let later = later.chunks_exact(slow).map(|s| surrogate.x(&DVector::from_column_slice(s)));
             self.memory = Memory::of(&later.collect::<Vec<_>>());
             self.surrogate = surrogate;
-            self.fresh.clear();
         }
     }
 }

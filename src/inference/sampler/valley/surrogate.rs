@@ -1,11 +1,9 @@
-//! What the floors found so far say of others: polynomials fitted to all of them, and what the nearest say of their error.
+//! What the floors found so far say of others: expansions to second order about the nearest.
 
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::least_squares::LeastSquares;
-use super::monomials::Monomials;
 use crate::inference::bits;
 use crate::inference::floor::Floor;
 
@@ -14,11 +12,16 @@ use crate::inference::floor::Floor;
 pub(super) struct Known {
     #[serde(with = "bits::matrix")]
     s: DVector<f64>,
-    /// ln p and ½ ln det on the floor.
-    #[serde(with = "bits")]
-    heights: Vec<f64>,
+    /// ln m = ln p on the floor − ½ ln det.
+    #[serde(with = "bits::number")]
+    log_marginal: f64,
+    /// ½ ln det.
+    #[serde(with = "bits::number")]
+    half_log_determinant: f64,
     #[serde(with = "bits::matrix")]
     slope: DVector<f64>,
+    #[serde(with = "bits::matrix")]
+    metric: DMatrix<f64>,
     #[serde(with = "bits::matrix")]
     stiff: DVector<f64>,
     #[serde(with = "bits::matrix")]
@@ -29,90 +32,61 @@ impl Known {
     pub fn new(s: DVector<f64>, floor: &Floor) -> Self {
         Self {
             s,
-            heights: vec![floor.log_density, floor.half_log_determinant()],
+            log_marginal: floor.log_marginal(),
+            half_log_determinant: floor.half_log_determinant(),
             slope: floor.slope.clone(),
+            metric: floor.metric.clone(),
             stiff: floor.stiff.clone(),
             bend: floor.bend.clone(),
         }
     }
 }
 
-/// Polynomials of x = F⁻¹(s − c): ln p along the floor and t̂ up to degree 6, fitted to values and slopes; ½ ln det up to
-/// degree 2, fitted to values. The floors they were fitted to are kept: their error there is interpolated.
+/// Interpolated expansions about the nearest floors (Franke & Little's weights; Renka 1988, ACM Trans. Math. Softw. 14,
+/// 139): of ln m to second order, the slope of ½ ln det that of a plane through all floors, and of t̂ to first order.
+///
+/// Near is what is near in the mean metric −d² ln p/ds² of the floors. Where the valley of s bends, posterior deviations
+/// tell its length and not the width across it, in which an expansion fails.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Surrogate {
-    /// ln p that the polynomials count from.
-    #[serde(with = "bits::number")]
-    top: f64,
     #[serde(with = "bits::matrix")]
     centre: DVector<f64>,
     #[serde(with = "bits::matrix")]
     factor: DMatrix<f64>,
-    floor_terms: Monomials,
-    /// A column for ln p, then one for every t.
-    #[serde(with = "bits::matrix")]
-    floor: DMatrix<f64>,
-    determinant_terms: Monomials,
-    #[serde(with = "bits::matrix")]
-    determinant: DMatrix<f64>,
-    /// What the polynomials were fitted to, and x of each, a row a floor.
     known: Vec<Known>,
+    /// d(½ ln det)/ds.
+    #[serde(with = "bits::matrix")]
+    determinant_slope: DVector<f64>,
+    /// y of x, in which distances are measured, and y of each floor, a row a floor.
+    #[serde(with = "bits::matrix")]
+    ruler: DMatrix<f64>,
     #[serde(with = "bits::matrix")]
     anchors: DMatrix<f64>,
 }
 
 impl Surrogate {
-    /// Least squares over what is known, `centre` and `factor` (lower triangular) giving the scale; `None` for matrices
+    /// From what is known, `centre` and `factor` (lower triangular) giving the scale x = F⁻¹(s − c); `None` for matrices
     /// that are not positive definite.
     pub fn fit(centre: DVector<f64>, factor: DMatrix<f64>, known: Vec<Known>) -> Option<Self> {
-        /// Equations for every coefficient, and coefficients that are still quickly fitted and evaluated.
-        const EQUATIONS: f64 = 4.0;
-        const MOST_EQUATIONS: usize = 16;
-        const MOST_COEFFICIENTS: usize = 800;
         let d = centre.len();
-        let degree_for = |highest: usize, equations: usize| {
-            let is_enough = |degree: &usize| {
-                let coefficients = Monomials::count(d, *degree);
-                coefficients as f64 * EQUATIONS <= equations as f64 && coefficients <= MOST_COEFFICIENTS
-            };
-            (2..=highest).rev().find(is_enough)
-        };
-        let floor_terms = Monomials::new(d, degree_for(6, known.len() * (1 + d)).unwrap_or(2));
-        let determinant_terms = Monomials::new(d, degree_for(2, known.len()).unwrap_or(1));
-        let top = known.iter().map(|k| k.heights[0]).fold(f64::NEG_INFINITY, f64::max);
-        let stiff = known.first()?.stiff.len();
-        // Every so many floors determine the polynomials well enough.
-        let stride = (known.len() * (1 + d)).div_ceil(MOST_EQUATIONS * floor_terms.degrees().len());
-        let mut of_floor = LeastSquares::new(&floor_terms, known.len().div_ceil(stride) * (1 + d), 1 + stiff);
-        let mut of_determinant = LeastSquares::new(&determinant_terms, known.len(), 1);
-        let mut anchors = DMatrix::zeros(known.len(), d);
-        for (i, k) in known.iter().enumerate() {
-            let x = factor.solve_lower_triangular(&(&k.s - &centre))?;
-            anchors.set_row(i, &x.transpose());
-            if i % stride > 0 {
-                continue;
-            }
-            // What lies far below the top hardly matters, and bends in its own way.
-            let depth = (top - k.heights[0]) / d as f64;
-            let weight = 1.0 / (1.0 + depth * depth);
-            let values = floor_terms.values(x.as_slice());
-            let slopes = floor_terms.slopes(x.as_slice(), &values);
-            let (slope, bend) = (factor.tr_mul(&k.slope), &k.bend * &factor);
-            let mut targets = vec![k.heights[0] - top];
-            targets.extend(k.stiff.iter());
-            of_floor.add(weight, &values, &targets);
-            for a in 0..d {
-                let terms: Vec<f64> = slopes.iter().skip(a).step_by(d).copied().collect();
-                targets.clear();
-                targets.push(slope[a]);
-                targets.extend(bend.column(a).iter());
-                of_floor.add(weight, &terms, &targets);
-            }
-            of_determinant.add(weight, &determinant_terms.values(x.as_slice()), &k.heights[1..]);
+        let top = known.iter().map(|k| k.log_marginal).fold(f64::NEG_INFINITY, f64::max);
+        // What lies far below the top hardly matters, and bends in its own way.
+        let weight = |k: &Known| 1.0 / (1.0 + ((top - k.log_marginal) / d as f64).powi(2));
+        let sum: f64 = known.iter().map(weight).sum();
+        let weights: Vec<f64> = known.iter().map(|k| weight(k) / sum).collect();
+        let mut metric = DMatrix::zeros(d, d);
+        for (k, weight) in known.iter().zip(&weights) {
+            metric += &k.metric * *weight;
         }
-        let floor = of_floor.solve(|degree| if degree > 2 { 0.05 } else { 1e-6 })?;
-        let determinant = of_determinant.solve(|degree| if degree > 0 { 0.1 } else { 1e-6 })?;
-        Some(Self { top, centre, factor, floor_terms, floor, determinant_terms, determinant, known, anchors })
+        let ruler = metric.cholesky()?.l().tr_mul(&factor);
+        let x: Option<Vec<_>> =
+            known.iter().map(|k| factor.solve_lower_triangular(&(&k.s - &centre))).collect();
+        let x = DMatrix::from_columns(&x?);
+        let anchors = (&ruler * &x).transpose();
+        let determinants = known.iter().map(|k| k.half_log_determinant);
+        let mut determinant_slope = plane(&weights, &x, &DVector::from_iterator(known.len(), determinants))?;
+        factor.tr_solve_lower_triangular_mut(&mut determinant_slope);
+        Some(Self { centre, factor, known, determinant_slope, ruler, anchors })
     }
 
     /// Centre and scale: x = F⁻¹(s − c).
@@ -133,68 +107,89 @@ impl Surrogate {
         x
     }
 
-    /// The polynomials' log-marginal up to a constant, and ∂/∂x of it.
-    pub fn smooth(&self, x: &[f64]) -> (f64, DVector<f64>) {
-        let (floor, by_floor) = self.floor_terms.polynomial(first_column(&self.floor), x);
-        let (determinant, by_determinant) =
-            self.determinant_terms.polynomial(first_column(&self.determinant), x);
-        (floor - determinant, by_floor - by_determinant)
-    }
-
-    /// The log-marginal up to a constant: that of the polynomials, corrected by what the nearest floors say of their error.
-    pub fn log_marginal(&self, x: &DVector<f64>) -> f64 {
-        /// Larger errors are walls, which say nothing of what lies before them.
-        const LARGEST: f64 = 6.0;
-        let error = |(i, weight): (usize, f64)| {
-            let (anchor, known) = (self.anchors.row(i).transpose(), &self.known[i]);
-            let (smooth, by_x) = self.smooth(anchor.as_slice());
-            let slope = self.factor.tr_mul(&known.slope) - by_x;
-            let error =
-                known.heights[0] - known.heights[1] - self.top - smooth + 0.5 * slope.dot(&(x - &anchor));
-            weight * error.clamp(-LARGEST, LARGEST)
-        };
-        self.smooth(x.as_slice()).0 + self.nearest(x).into_iter().map(error).sum::<f64>()
-    }
-
-    /// t̂, about, corrected likewise.
-    pub fn stiff(&self, x: &DVector<f64>) -> DVector<f64> {
-        let of = |values: Vec<f64>| {
-            self.floor.columns(1, self.floor.ncols() - 1).tr_mul(&DVector::from_vec(values))
-        };
-        let mut stiff = of(self.floor_terms.values(x.as_slice()));
-        for (i, weight) in self.nearest(x) {
-            let (anchor, known) = (self.anchors.row(i).transpose(), &self.known[i]);
-            let half = (x - &anchor) * 0.5;
-            let mut values = self.floor_terms.values(anchor.as_slice());
-            let slopes = self.floor_terms.slopes(anchor.as_slice(), &values);
-            for (value, slope) in values.iter_mut().zip(slopes.chunks_exact(half.len())) {
-                *value += slope.iter().zip(half.iter()).map(|(slope, x)| slope * x).sum::<f64>();
-            }
-            stiff += (&known.stiff + &known.bend * (&self.factor * half) - of(values)) * weight;
+    /// ln m, and its slope by x.
+    pub fn log_marginal(&self, x: &DVector<f64>) -> (f64, DVector<f64>) {
+        /// An expansion that is lower than another by more says nothing but that it is too far away.
+        const LOWEST: f64 = 3.0;
+        let (s, y) = (self.s(x), &self.ruler * x);
+        let neighbours = self.neighbours(&y);
+        let expansions: Vec<(f64, DVector<f64>)> = neighbours
+            .near
+            .iter()
+            .map(|near| {
+                let known = &self.known[near.floor];
+                let from = &s - &known.s;
+                let (bent, slope) = (&known.metric * &from, &known.slope - &self.determinant_slope);
+                (known.log_marginal + from.dot(&slope) - 0.5 * from.dot(&bent), slope - bent)
+            })
+            .collect();
+        let highest = expansions.iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("a floor is known");
+        let lowest = (highest.0 - LOWEST, &highest.1);
+        let expanded =
+            || expansions.iter().map(|(v, slope)| if *v < lowest.0 { lowest } else { (*v, slope) });
+        let value: f64 = neighbours.near.iter().zip(expanded()).map(|(near, (v, _))| near.weight * v).sum();
+        let (mut by_s, mut by_y) = (DVector::zeros(x.len()), DVector::zeros(x.len()));
+        for (near, (own_value, slope)) in neighbours.near.iter().zip(expanded()) {
+            by_s.axpy(near.weight, slope, 1.0);
+            let by_weight = own_value - value;
+            by_y.axpy(by_weight * near.by_distance, &self.away(&y, near), 1.0);
+            by_y.axpy(by_weight * near.by_reach, &self.away(&y, &neighbours.farthest), 1.0);
         }
-        stiff
+        (value, self.factor.tr_mul(&by_s) + self.ruler.tr_mul(&by_y))
     }
 
-    /// The floors nearest to x, with weights that fall with distance and add up to one.
-    ///
-    /// An error interpolated between two floors from their values and half of their slopes is that of Hermite's cubic
-    /// halfway between them.
-    fn nearest(&self, x: &DVector<f64>) -> Vec<(usize, f64)> {
-        const NEIGHBOURS: usize = 8;
-        const TINY: f64 = 1e-12;
-        let mut nearest: Vec<(usize, f64)> = Vec::with_capacity(NEIGHBOURS + 1);
+    /// t̂, about.
+    pub fn stiff(&self, x: &DVector<f64>) -> DVector<f64> {
+        let s = self.s(x);
+        let of = |near: &Near| {
+            let known = &self.known[near.floor];
+            (&known.stiff + &known.bend * (&s - &known.s)) * near.weight
+        };
+        self.neighbours(&(&self.ruler * x)).near.iter().map(of).sum()
+    }
+
+    /// The direction from a floor to y.
+    fn away(&self, y: &DVector<f64>, near: &Near) -> DVector<f64> {
+        (y - self.anchors.row(near.floor).transpose()) / near.distance
+    }
+
+    /// The floors nearest to y, with weights (1/r − 1/R)² that add up to one; R, the reach, is the distance of the next.
+    fn neighbours(&self, y: &DVector<f64>) -> Neighbours {
+        const MOST: usize = 16;
+        const TINY: f64 = 1e-6;
+        /// R of the farthest floor's distance, where no other floor is known.
+        const BEYOND: f64 = 2.0;
+        let mut nearest: Vec<(usize, f64)> = Vec::with_capacity(MOST + 2);
         let mut farthest = f64::INFINITY;
-        for (i, squared) in squared_distances(self.anchors.as_slice(), x.as_slice()).into_iter().enumerate() {
+        for (i, squared) in squared_distances(self.anchors.as_slice(), y.as_slice()).into_iter().enumerate() {
             if squared < farthest {
                 nearest.insert(nearest.partition_point(|(_, nearer)| *nearer <= squared), (i, squared));
-                nearest.truncate(NEIGHBOURS);
-                farthest = nearest.get(NEIGHBOURS - 1).map_or(f64::INFINITY, |last| last.1);
+                nearest.truncate(MOST + 1);
+                farthest = nearest.get(MOST).map_or(f64::INFINITY, |last| last.1);
             }
         }
-        nearest.iter_mut().for_each(|(_, weight)| *weight = (*weight + TINY).powi(-2));
-        let sum: f64 = nearest.iter().map(|(_, weight)| weight).sum();
-        nearest.iter_mut().for_each(|(_, weight)| *weight /= sum);
-        nearest
+        let beyond = if nearest.len() > MOST { 1.0 } else { BEYOND };
+        let near = |(floor, squared): (usize, f64)| (floor, squared.sqrt().max(TINY));
+        let (farthest, distance) = near(*nearest.last().expect("a floor is known"));
+        let reach = beyond * distance;
+        let mut near: Vec<Near> = nearest
+            .into_iter()
+            .map(near)
+            .map(|(floor, distance)| {
+                let root = 1.0 / distance - 1.0 / reach;
+                let (by_distance, by_reach) =
+                    (-2.0 * root / (distance * distance), 2.0 * root * beyond / (reach * reach));
+                Near { floor, distance, weight: root * root, by_distance, by_reach }
+            })
+            .collect();
+        let sum: f64 = near.iter().map(|near| near.weight).sum();
+        for near in &mut near {
+            near.weight /= sum;
+            near.by_distance /= sum;
+            near.by_reach /= sum;
+        }
+        let farthest = Near { floor: farthest, distance, weight: 0.0, by_distance: 0.0, by_reach: 0.0 };
+        Neighbours { near, farthest }
     }
 
     /// The floors it was fitted to.
@@ -203,8 +198,35 @@ impl Surrogate {
     }
 }
 
-fn first_column(matrix: &DMatrix<f64>) -> &[f64] {
-    &matrix.as_slice()[..matrix.nrows()]
+/// A floor near to a point: its distance, its share of the weights, and the slope of the weight by that distance and by the
+/// distance of the farthest, both over the sum of weights.
+struct Near {
+    floor: usize,
+    distance: f64,
+    weight: f64,
+    by_distance: f64,
+    by_reach: f64,
+}
+
+struct Neighbours {
+    near: Vec<Near>,
+    farthest: Near,
+}
+
+/// The slope of the plane through values at the columns of `x`, by least squares of weights that add up to one; zero along
+/// what `x` hardly determines.
+fn plane(weights: &[f64], x: &DMatrix<f64>, values: &DVector<f64>) -> Option<DVector<f64>> {
+    const RIDGE: f64 = 1e-3;
+    let weights = DVector::from_column_slice(weights);
+    let (mean_x, mean) = (x * &weights, values.dot(&weights));
+    let mut matrix = DMatrix::identity(x.nrows(), x.nrows()) * RIDGE;
+    let mut vector = DVector::zeros(x.nrows());
+    for ((x, value), weight) in x.column_iter().zip(values).zip(&weights) {
+        let offset = x - &mean_x;
+        matrix.ger(*weight, &offset, &offset, 1.0);
+        vector.axpy(weight * (value - mean), &offset, 1.0);
+    }
+    Some(matrix.cholesky()?.solve(&vector))
 }
 
 /// Squared distances of points from x; `points` holds all first coordinates, then all second ones, and so on.
@@ -225,60 +247,93 @@ pub(super) fn squared_distances(points: &[f64], x: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    fn known(s: Vec<f64>, log_marginal: f64, slope: Vec<f64>, metric: DMatrix<f64>) -> Known {
+        let d = s.len();
+        Known {
+            stiff: DVector::from_element(1, s[0].sin()),
+            bend: DMatrix::from_fn(1, d, |_, i| if i == 0 { s[0].cos() } else { 0.0 }),
+            half_log_determinant: 0.0,
+            s: DVector::from_vec(s),
+            log_marginal,
+            slope: DVector::from_vec(slope),
+            metric,
+        }
+    }
+
     #[test]
-    fn polynomials_are_found_again() {
-        // ln p = −x₀² − x₁⁴ and t = x₀ x₁² of x = (s₀/2, s₁), known at a grid of points.
+    fn a_normal_distribution_is_found_again_anywhere() {
+        // ln m = −x² − y²/2 − x/5 of s = (2x, y), the last term from ½ ln det = x/5.
+        let metric = DMatrix::from_diagonal(&DVector::from_vec(vec![0.5, 1.0]));
+        let floors = (0..9).map(|i| {
+            let (x, y) = (f64::from(i % 3) - 1.0, f64::from(i / 3) - 1.0);
+            Known {
+                half_log_determinant: 0.2 * x,
+                ..known(vec![2.0 * x, y], -x * x - 0.5 * y * y - 0.2 * x, vec![-x, -y], metric.clone())
+            }
+        });
         let factor = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 1.0]));
-        let known: Vec<Known> = (0..49)
-            .map(|i| {
-                let (x, y) = (f64::from(i % 7) / 3.0 - 1.0, f64::from(i / 7) / 3.0 - 1.0);
-                Known {
-                    s: DVector::from_vec(vec![2.0 * x, y]),
-                    heights: vec![-x * x - y.powi(4), 0.2 * x],
-                    slope: DVector::from_vec(vec![-x, -4.0 * y.powi(3)]),
-                    stiff: DVector::from_vec(vec![x * y * y]),
-                    bend: DMatrix::from_row_slice(1, 2, &[0.5 * y * y, 2.0 * x * y]),
-                }
-            })
-            .collect();
-        let surrogate = Surrogate::fit(DVector::zeros(2), factor, known).unwrap();
-        let x = DVector::from_vec(vec![0.4, -0.5]);
-        let want = [-2.0 * 0.4 - 0.2, 4.0 * 0.125];
-        let (value, force) = surrogate.smooth(x.as_slice());
-        assert!((0..2).all(|a| (force[a] - want[a]).abs() < 0.02), "{force}");
-        let want = -0.4 * 0.4 - 0.0625 - 0.2 * 0.4;
-        assert!((value - surrogate.smooth(&[0.0, 0.0]).0 - want).abs() < 0.02, "{value}");
-        assert!((surrogate.stiff(&x)[0] - 0.4 * 0.25).abs() < 1e-3);
+        let surrogate = Surrogate::fit(DVector::zeros(2), factor, floors.collect()).unwrap();
+        let x = DVector::from_vec(vec![1.7, -0.5]);
+        let (value, slope) = surrogate.log_marginal(&x);
+        assert!((value + 1.7 * 1.7 + 0.125 + 0.34).abs() < 1e-3, "{value}");
+        assert!((slope - DVector::from_vec(vec![-3.4 - 0.2, 0.5])).amax() < 1e-3);
         assert!((surrogate.x(&surrogate.s(&x)) - &x).amax() < 1e-15);
         let text = serde_json::to_string(&surrogate).unwrap();
         assert_eq!(serde_json::from_str::<Surrogate>(&text).unwrap(), surrogate);
     }
 
     #[test]
-    fn floors_nearby_correct_what_no_polynomial_follows() {
-        // ln p = cos 5x and t = sin 5x, known three times a period.
-        let known: Vec<Known> = (-15..=15)
-            .map(|i| {
-                let x = 0.4 * f64::from(i);
-                let (sin, cos) = (5.0 * x).sin_cos();
-                Known {
-                    s: DVector::from_vec(vec![x]),
-                    heights: vec![cos, 0.0],
-                    slope: DVector::from_vec(vec![-5.0 * sin]),
-                    stiff: DVector::from_vec(vec![sin]),
-                    bend: DMatrix::from_vec(1, 1, vec![5.0 * cos]),
-                }
-            })
-            .collect();
-        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), known).unwrap();
-        let zero = surrogate.log_marginal(&DVector::zeros(1));
-        let error =
-            |x: f64| surrogate.log_marginal(&DVector::from_vec(vec![x])) - zero - ((5.0 * x).cos() - 1.0);
-        assert!((-10..10).all(|i| error(0.4 * f64::from(i)).abs() < 1e-6));
-        assert!((-10..10).all(|i| error(0.4 * f64::from(i) + 0.2).abs() < 0.3));
-        assert!((-10..10).all(|i| {
-            let x = 0.4 * f64::from(i) + 0.2;
-            (surrogate.stiff(&DVector::from_vec(vec![x]))[0] - (5.0 * x).sin()).abs() < 0.3
-        }));
+    fn the_nearest_across_a_bent_valley_count() {
+        // An arc of radius 1 about (0, 0), 0.03 wide: ln m = −½ ((r − 1)/0.03)² − ½ (angle/0.7)².
+        let (width, long) = (0.03, 0.7);
+        let value = |x: f64, y: f64| {
+            let (r, angle) = (x.hypot(y), x.atan2(y));
+            let (across, along) = ((r - 1.0) / width, angle / long);
+            let (by_r, by_angle) =
+                ([x / r / width, y / r / width], [y / (r * r) / long, -x / (r * r) / long]);
+            let slope = (0..2).map(|i| -across * by_r[i] - along * by_angle[i]).collect::<Vec<_>>();
+            let metric = DMatrix::from_fn(2, 2, |i, j| by_r[i] * by_r[j] + by_angle[i] * by_angle[j]);
+            (-0.5 * (across * across + along * along), slope, metric)
+        };
+        let at = |i: i32, r: f64| [r * (0.25 * f64::from(i)).sin(), r * (0.25 * f64::from(i)).cos()];
+        let floors = (-8..=8).flat_map(|i| [at(i, 0.97), at(i, 1.0), at(i, 1.03)]).map(|[x, y]| {
+            let (log_marginal, slope, metric) = value(x, y);
+            known(vec![x, y], log_marginal, slope, metric)
+        });
+        let surrogate = Surrogate::fit(DVector::zeros(2), DMatrix::identity(2, 2), floors.collect()).unwrap();
+        for i in 0..8 {
+            let angle = 0.25 * f64::from(i) - 0.9;
+            let (x, y) = (1.01 * angle.sin(), 1.01 * angle.cos());
+            let at = |x: f64, y: f64| surrogate.log_marginal(&DVector::from_vec(vec![x, y]));
+            let (found, slope) = at(x, y);
+            assert!((found - value(x, y).0).abs() < 0.2, "{angle} {found} {}", value(x, y).0);
+            const STEP: f64 = 1e-5;
+            let difference = (at(x + STEP, y).0 - at(x - STEP, y).0) / (2.0 * STEP);
+            assert!((slope[0] - difference).abs() < 1e-5 * slope.norm(), "{} {difference}", slope[0]);
+        }
+    }
+
+    #[test]
+    fn a_far_expansion_does_not_wall_off_a_place() {
+        // Twice as near to a peak 0.01 wide as to one of width 1.
+        let floors = vec![
+            known(vec![0.0], 0.0, vec![0.0], DMatrix::from_element(1, 1, 1e4)),
+            known(vec![3.0], 0.0, vec![0.0], DMatrix::identity(1, 1)),
+        ];
+        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors).unwrap();
+        let (value, slope) = surrogate.log_marginal(&DVector::from_vec(vec![1.0]));
+        assert!(value > -2.0 - 3.0 && slope[0] > 0.0, "{value} {slope}");
+    }
+
+    #[test]
+    fn the_floor_is_guessed_between_floors() {
+        let floors =
+            (-15..=15).map(|i| known(vec![0.4 * f64::from(i)], 0.0, vec![0.0], DMatrix::identity(1, 1)));
+        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors.collect()).unwrap();
+        assert!(
+            (-10..10)
+                .map(|i| 0.4 * f64::from(i) + 0.2)
+                .all(|x| { (surrogate.stiff(&DVector::from_vec(vec![x]))[0] - x.sin()).abs() < 0.05 })
+        );
     }
 }

@@ -8,8 +8,7 @@ use super::memory::Memory;
 use super::place::normal;
 use super::surrogate::Surrogate;
 
-/// A step, and the edge of what is known, in posterior deviations.
-const STEP: f64 = 0.1;
+/// The edge of what is known, in posterior deviations.
 const EDGE: f64 = 14.0;
 
 /// How proposals are made.
@@ -24,8 +23,8 @@ pub(super) enum Pace {
 }
 
 /// The end of one or several Hamiltonian trajectories, each accepted by a power of the surrogate's own density, and by
-/// how much the logarithm of that is larger there than at the start. Sometimes a leap to where chains have been, accepted
-/// likewise, comes before each.
+/// how much the logarithm of that is larger there than at the start. Sometimes half of them are leaps to where chains have
+/// been, accepted likewise.
 pub(super) fn transition(
     surrogate: &Surrogate,
     memory: Option<&Memory>,
@@ -35,53 +34,80 @@ pub(super) fn transition(
 ) -> (DVector<f64>, f64) {
     const LEAPING: f64 = 0.1;
     const SINGLE: f64 = 0.3;
-    const SEVERAL: usize = 10;
+    const SEVERAL: usize = 16;
     const LEAST_POWER: f64 = 0.5;
     let memory = memory.filter(|_| rng.random::<f64>() < LEAPING);
     let is_single = memory.is_none() && (pace == Pace::Trusting || rng.random::<f64>() < SINGLE);
-    let trajectories = if is_single { 1 } else { SEVERAL };
+    let moves = if is_single { 1 } else { SEVERAL };
     let power = if pace == Pace::Doubting { rng.random_range(LEAST_POWER..1.0) } else { 1.0 };
-    let first = power * surrogate.log_marginal(start);
-    let (mut here, mut log_density) = (start.clone(), first);
-    for _ in 0..trajectories {
-        if let Some(memory) = memory {
-            let there = memory.draw(rng);
-            let there_density = power * surrogate.log_marginal(&there);
-            let drawn_more = memory.log_density(&there) - memory.log_density(&here);
-            if rng.random::<f64>().ln() < there_density - log_density - drawn_more {
-                (here, log_density) = (there, there_density);
+    let first = Point::at(surrogate, power, start.clone());
+    let mut here = first.clone();
+    // Every move is drawn alike: leaps and trajectories in a fixed order would not be as likely backwards.
+    for _ in 0..moves {
+        if let Some(memory) = memory.filter(|_| rng.random()) {
+            let there = Point::at(surrogate, power, memory.draw(rng));
+            let drawn_more = memory.log_density(&there.x) - memory.log_density(&here.x);
+            if rng.random::<f64>().ln() < there.log_density - here.log_density - drawn_more {
+                here = there;
             }
+            continue;
         }
         let momentum = normal(start.len(), rng);
-        let before = log_density - 0.5 * momentum.norm_squared();
-        let end = leapfrog(surrogate, power, here.clone(), momentum, steps(rng));
+        let before = here.log_density - 0.5 * momentum.norm_squared();
+        let (step, steps) = (if is_single { STEP } else { step(rng) }, steps(rng));
+        let end = leapfrog(surrogate, power, here.clone(), momentum, step, steps);
         let Some((there, momentum)) = end else { continue };
-        let there_density = power * surrogate.log_marginal(&there);
-        if rng.random::<f64>().ln() < there_density - 0.5 * momentum.norm_squared() - before {
-            (here, log_density) = (there, there_density);
+        if rng.random::<f64>().ln() < there.log_density - 0.5 * momentum.norm_squared() - before {
+            here = there;
         }
     }
-    (here, log_density - first)
+    (here.x, here.log_density - first.log_density)
 }
 
-/// Leapfrog in the forces of the polynomials, times `power`; `None` where they lead out of the region that is known.
+/// x with the logarithm of a power of the surrogate's density, and its slope.
+#[derive(Clone)]
+struct Point {
+    x: DVector<f64>,
+    log_density: f64,
+    slope: DVector<f64>,
+}
+
+impl Point {
+    fn at(surrogate: &Surrogate, power: f64, x: DVector<f64>) -> Self {
+        let (log_marginal, slope) = surrogate.log_marginal(&x);
+        Self { x, log_density: power * log_marginal, slope: slope * power }
+    }
+}
+
+/// Leapfrog; `None` where it leads out of the region that is known.
 fn leapfrog(
     surrogate: &Surrogate,
     power: f64,
-    mut x: DVector<f64>,
+    mut point: Point,
     mut momentum: DVector<f64>,
+    step: f64,
     steps: usize,
-) -> Option<(DVector<f64>, DVector<f64>)> {
-    let push = |x: &DVector<f64>, step: f64| surrogate.smooth(x.as_slice()).1 * (power * step);
-    momentum += push(&x, 0.5 * STEP);
-    for step in 1..=steps {
-        x += &momentum * STEP;
+) -> Option<(Point, DVector<f64>)> {
+    for _ in 0..steps {
+        momentum.axpy(0.5 * step, &point.slope, 1.0);
+        let x = point.x + &momentum * step;
         if x.iter().any(|x| x.is_nan() || x.abs() > EDGE) {
             return None;
         }
-        momentum += push(&x, if step < steps { STEP } else { 0.5 * STEP });
+        point = Point::at(surrogate, power, x);
+        momentum.axpy(0.5 * step, &point.slope, 1.0);
     }
-    Some((x, momentum))
+    Some((point, momentum))
+}
+
+/// A step in posterior deviations, as it suits a nearly normal posterior.
+const STEP: f64 = 0.1;
+
+/// A step that may be far smaller: where the valley of s bends it is narrow, and a step of twice its width leaves it.
+fn step(rng: &mut impl Rng) -> f64 {
+    const LARGEST: f64 = 0.15;
+    const SMALLEST: f64 = 0.1;
+    LARGEST * SMALLEST.powf(rng.random())
 }
 
 /// Steps of a trajectory: mostly longer than a quarter of a period, so that draws depend little on one another; some short,
@@ -101,8 +127,8 @@ mod tests {
     use crate::inference::sampler::valley::surrogate::Known;
     use crate::numerics::random::{Stage, stream};
 
-    /// Of ln p and its slope, known at 41 points.
-    fn surrogate(known: impl Fn(f64) -> (f64, f64), apart: f64) -> Surrogate {
+    /// Of ln p and its slope, known at 41 points, and the curvature of −ln p.
+    fn surrogate(known: impl Fn(f64) -> (f64, f64), curvature: f64, apart: f64) -> Surrogate {
         let known = (-20..=20).map(|i| {
             let x = apart * f64::from(i);
             let (log_density, slope) = known(x);
@@ -111,7 +137,7 @@ mod tests {
                 log_density,
                 slope: DVector::from_vec(vec![slope]),
                 bend: DMatrix::zeros(0, 1),
-                metric: DMatrix::identity(1, 1),
+                metric: DMatrix::from_element(1, 1, curvature),
                 factor: DMatrix::zeros(0, 0),
             };
             Known::new(DVector::from_vec(vec![x]), &floor)
@@ -130,7 +156,7 @@ mod tests {
             }
             here[0]
         };
-        (0..40_000).map(step).collect()
+        (0..20_000).map(step).collect()
     }
 
     fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
@@ -146,7 +172,7 @@ mod tests {
     fn a_wrong_surrogate_and_memory_still_lead_to_the_right_distribution() {
         // What is known is ln p = −x²/3 with an edge; what is wanted is −x²/2 + x/2.
         let edge = |x: f64| if x > 1.0 { -1.0 } else { 0.0 };
-        let surrogate = surrogate(|x| (-x * x / 3.0 + edge(x), -2.0 * x / 3.0), 0.2);
+        let surrogate = surrogate(|x| (-x * x / 3.0 + edge(x), -2.0 * x / 3.0), 2.0 / 3.0, 0.2);
         let memory = memory((0..30).map(|i| f64::from(i) / 10.0 - 2.0));
         let draws = drawn(&surrogate, &memory, |x| -0.5 * x * x + 0.5 * x);
         let mean_draw = mean(draws.iter().copied());
@@ -163,7 +189,7 @@ mod tests {
             let [left, right] = modes(x).map(|mode| (mode - wanted(x)).exp());
             -4.0 * (left * (x + 5.0) + right * (x - 5.0))
         };
-        let surrogate = surrogate(|x| (wanted(x), slope(x)), 0.4);
+        let surrogate = surrogate(|x| (wanted(x), slope(x)), 4.0, 0.4);
         let memory = memory((0..60).map(|i| f64::from(i / 2 - 15) / 15.0 + f64::from(i % 2 * 10 - 5)));
         let draws = drawn(&surrogate, &memory, wanted);
         let right = mean(draws.iter().map(|x| f64::from(*x > 0.0)));
