@@ -1,50 +1,76 @@
-//! Where the chains have been, as a density to propose from: leaps between modes that no trajectory joins.
+//! Where the chains have been, as a density to propose from: leaps along bent valleys, and between modes that no trajectory
+//! joins.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
 use super::place::{log_sum, normal};
-use super::surrogate::squared_distances;
 use crate::inference::bits;
 
-/// Normal kernels about draws, of Scott's width n^(−1/(d + 4)) in their deviations (1992, Multivariate Density Estimation,
-/// chapter 6).
+/// Normal kernels about draws, each as wide as the floor there says the posterior is, times Scott's n^(−1/(d + 4)) (1992,
+/// Multivariate Density Estimation, chapter 6): where a valley bends they follow it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Memory {
-    /// A row a draw, in coordinates x of unit covariance.
+    kernels: Vec<Kernel>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Kernel {
     #[serde(with = "bits::matrix")]
-    draws: DMatrix<f64>,
+    centre: DVector<f64>,
+    /// C of the precision C Cᵀ, lower triangular.
+    #[serde(with = "bits::matrix")]
+    factor: DMatrix<f64>,
+    /// ½ ln det of the precision.
+    #[serde(with = "bits::number")]
+    log_peak: f64,
 }
 
 impl Memory {
-    /// Every so many of `draws`, given row by row, at most a thousand; `None` of fewer than ten a coordinate.
-    pub fn of(draws: &[DVector<f64>]) -> Option<Self> {
+    /// Every so many of `draws`, s and the metric −d² ln p/ds² there, at most a thousand; `None` of fewer than ten a coordinate.
+    pub fn of(draws: &[(&DVector<f64>, &DMatrix<f64>)]) -> Option<Self> {
         const MOST: usize = 1_000;
         const FEWEST_A_COORDINATE: usize = 10;
-        let dimension = draws.first()?.len();
+        let dimension = draws.first()?.0.len();
         if draws.len() < FEWEST_A_COORDINATE * dimension {
             return None;
         }
-        let rows: Vec<_> = draws.iter().step_by(draws.len().div_ceil(MOST)).map(|x| x.transpose()).collect();
-        Some(Self { draws: DMatrix::from_rows(&rows) })
-    }
-
-    fn width(&self) -> f64 {
-        let (draws, dimension) = self.draws.shape();
-        (draws as f64).powf(-1.0 / (dimension as f64 + 4.0))
+        let kept = draws.iter().step_by(draws.len().div_ceil(MOST));
+        let width = (kept.len() as f64).powf(-1.0 / (dimension as f64 + 4.0));
+        let kernel = |(centre, metric): &(&DVector<f64>, &DMatrix<f64>)| {
+            let factor = (*metric).clone().cholesky()?.l() / width;
+            let log_peak = factor.diagonal().iter().map(|d| d.ln()).sum();
+            Some(Kernel { centre: (*centre).clone(), factor, log_peak })
+        };
+        let kernels: Vec<_> = kept.filter_map(kernel).collect();
+        (!kernels.is_empty()).then_some(Self { kernels })
     }
 
     /// A draw of the density.
     pub fn draw(&self, rng: &mut impl Rng) -> DVector<f64> {
-        let (draws, dimension) = self.draws.shape();
-        self.draws.row(rng.random_range(0..draws)).transpose() + normal(dimension, rng) * self.width()
+        let Kernel { centre, factor, .. } = &self.kernels[rng.random_range(0..self.kernels.len())];
+        let mut from = normal(centre.len(), rng);
+        // The factor of a positive-definite matrix has no zero on its diagonal.
+        factor.tr_solve_lower_triangular_mut(&mut from);
+        from + centre
     }
 
     /// Its logarithm, up to a constant.
-    pub fn log_density(&self, x: &DVector<f64>) -> f64 {
-        let exponent = -0.5 / self.width().powi(2);
-        log_sum(squared_distances(self.draws.as_slice(), x.as_slice()).into_iter().map(|r2| exponent * r2))
+    pub fn log_density(&self, s: &DVector<f64>) -> f64 {
+        let of = |kernel: &Kernel| kernel.log_peak - 0.5 * kernel.squared_distance(s);
+        log_sum(self.kernels.iter().map(of).collect::<Vec<_>>())
+    }
+}
+
+impl Kernel {
+    /// Of s from the centre, in deviations.
+    fn squared_distance(&self, s: &DVector<f64>) -> f64 {
+        let from = s - &self.centre;
+        let along = |(j, column): (usize, &[f64])| -> f64 {
+            column[j..].iter().zip(&from.as_slice()[j..]).map(|(c, x)| c * x).sum()
+        };
+        self.factor.as_slice().chunks_exact(s.len()).enumerate().map(along).map(|x| x * x).sum()
     }
 }
 
@@ -55,23 +81,27 @@ mod tests {
 
     #[test]
     fn draws_have_the_density_that_is_given() {
-        let points: Vec<_> =
-            [0.0, 3.0].into_iter().cycle().take(40).map(|x| DVector::from_vec(vec![x])).collect();
-        let memory = Memory::of(&points).unwrap();
+        let (wide, narrow) = (DMatrix::from_element(1, 1, 1.0), DMatrix::from_element(1, 1, 25.0));
+        let (left, right) = (DVector::zeros(1), DVector::from_vec(vec![3.0]));
+        let draws: Vec<_> = [(&left, &wide), (&right, &narrow)].into_iter().cycle().take(40).collect();
+        let memory = Memory::of(&draws).unwrap();
         let mut rng = stream(1, 0, Stage::Sampling, 0);
-        let is_left = |x: &DVector<f64>| x[0].abs() < 0.1;
-        let is_between = |x: &DVector<f64>| (x[0] - 1.0).abs() < 0.1;
-        let draws: Vec<_> = (0..100_000).map(|_| memory.draw(&mut rng)).collect();
-        let count = |is: &dyn Fn(&DVector<f64>) -> bool| draws.iter().filter(|x| is(x)).count() as f64;
-        let ratio = (count(&is_left) / count(&is_between)).ln();
+        let draws: Vec<_> = (0..100_000).map(|_| memory.draw(&mut rng)[0]).collect();
         let at = |x: f64| memory.log_density(&DVector::from_vec(vec![x]));
-        assert!((ratio - (at(0.0) - at(1.0))).abs() < 0.1, "{ratio} {}", at(0.0) - at(1.0));
+        let count = |x: f64| draws.iter().filter(|draw| (*draw - x).abs() < 0.03).count() as f64;
+        for x in [1.0, 2.9, 3.0] {
+            let ratio = (count(0.0) / count(x)).ln();
+            assert!((ratio - (at(0.0) - at(x))).abs() < 0.1, "{x} {ratio} {}", at(0.0) - at(x));
+        }
     }
 
     #[test]
     fn few_draws_are_no_memory() {
-        assert_eq!(Memory::of(&vec![DVector::zeros(2); 19]), None);
-        assert_eq!(Memory::of(&[]), None);
-        assert_eq!(Memory::of(&vec![DVector::zeros(2); 2_001]).unwrap().draws.nrows(), 667);
+        let (centre, metric) = (DVector::zeros(2), DMatrix::identity(2, 2));
+        let of = |count| Memory::of(&vec![(&centre, &metric); count]);
+        assert_eq!(of(19), None);
+        assert_eq!(of(0), None);
+        assert_eq!(of(2_001).unwrap().kernels.len(), 667);
+        assert_eq!(Memory::of(&[(&centre, &-metric.clone()); 20]), None);
     }
 }

@@ -15,8 +15,8 @@
 //!   Of the surrogate made again with new floors less and less is new, so that the chain still tends to the posterior
 //!   (Roberts & Rosenthal 2007, J. Appl. Probab. 44, 458).
 //! - *Between* valleys: ellipticity and foreground shear turn the same image into two modes with hardly anything between
-//!   them. Some proposals leap, on the surrogate, to where chains have been before, by the density of normal kernels about
-//!   their draws.
+//!   them, and a bent valley is followed only in small steps. Of several moves on the surrogate half leap to where chains have
+//!   been before, by the density of normal kernels about their draws that have the shape of the valley there.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
@@ -104,14 +104,14 @@ pub(super) struct ValleyState {
     settings: ValleySettings,
     axes: Axes,
     surrogate: Surrogate,
-    /// Draws, in the coordinates of the surrogate.
     memory: Option<Memory>,
     places: Vec<Place>,
+    /// Which known floor each place stands on.
+    standing: Vec<usize>,
     /// Draws of t for each s.
     tries: usize,
-    /// s of the draws, and deviations of ln w.
-    #[serde(with = "bits")]
-    visited: Vec<f64>,
+    /// Which known floor each draw stands on, and deviations of ln w.
+    visited: Vec<usize>,
     #[serde(with = "bits")]
     spreads: Vec<f64>,
     pace: Pace,
@@ -122,9 +122,10 @@ pub(super) struct ValleyState {
 struct Leg {
     place: Place,
     chain: Chain,
-    /// s of every draw.
-    visited: Vec<f64>,
     known: Vec<Known>,
+    /// Which of those the place stands on, `None` of that on which it began; and the same of every draw.
+    standing: Option<usize>,
+    visited: Vec<Option<usize>>,
     /// Deviation of ln w at each floor.
     spreads: Vec<f64>,
     evaluations: u64,
@@ -170,6 +171,7 @@ impl ValleyState {
             surrogate,
             memory: None,
             places,
+            standing: vec![0; settings.chains],
             tries,
             visited: vec![],
             spreads: vec![],
@@ -215,8 +217,9 @@ impl ValleyState {
         let mut leg = Leg {
             place,
             chain: Chain::default(),
-            visited: vec![],
             known: vec![],
+            standing: None,
+            visited: vec![],
             spreads: vec![],
             evaluations: 0,
         };
@@ -226,9 +229,8 @@ impl ValleyState {
                 leg.place.step(likelihood, &self.axes, &mut rng);
             }
             leg.evaluations += STEPS_ACROSS;
-            let Place { s, z, log_likelihood, .. } = &leg.place;
-            leg.chain.push(z.as_slice(), *log_likelihood);
-            leg.visited.extend(s.iter());
+            leg.chain.push(leg.place.z.as_slice(), leg.place.log_likelihood);
+            leg.visited.push(leg.standing);
         }
         leg
     }
@@ -254,34 +256,38 @@ impl ValleyState {
         leg.spreads.push(spread);
         if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
             leg.place = place;
+            leg.standing = Some(leg.known.len() - 1);
         }
     }
 
-    /// Makes the surrogate again with the new floors, and takes as many draws across the valley as half of the places need.
+    /// Makes surrogate and memory again with the new floors, and takes as many draws across the valley as half of the places
+    /// need.
     fn learn(&mut self, legs: &[Leg]) {
-        for leg in legs {
-            self.visited.extend_from_slice(&leg.visited);
+        let mut known = self.surrogate.known().to_vec();
+        let (mut standing, mut visited) = (vec![], self.visited.clone());
+        for (leg, began) in legs.iter().zip(&self.standing) {
+            let floor = |of: &Option<usize>| of.map_or(*began, |own| known.len() + own);
+            standing.extend([leg.standing].iter().map(floor));
+            visited.extend(leg.visited.iter().map(floor));
+            known.extend_from_slice(&leg.known);
             self.spreads.extend_from_slice(&leg.spreads);
         }
-        let slow = self.axes.slow_dimension();
         let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
         if let Some(spread) = median(recent) {
             self.tries = tries_for(spread);
         }
         // The later half of the draws tells the shape, once they are many.
-        let draws = self.visited.len() / slow;
-        let later = &self.visited[draws / 2 * slow..];
-        let scale = (draws - draws / 2 >= 10 * slow).then(|| shape(later, slow)).flatten();
+        let later: Vec<_> = visited[visited.len() / 2..].iter().map(|floor| &known[*floor]).collect();
+        let are_many = later.len() >= 10 * self.axes.slow_dimension();
+        let scale = are_many.then(|| shape(later.iter().map(|floor| &floor.s))).flatten();
         let (centre, factor) = scale.unwrap_or_else(|| {
             let (centre, factor) = self.surrogate.scale();
             (centre.clone(), factor.clone())
         });
-        let fresh = legs.iter().flat_map(|leg| &leg.known);
-        let known = self.surrogate.known().iter().chain(fresh).cloned().collect();
+        let memory = Memory::of(&later.iter().map(|floor| (&floor.s, &floor.metric)).collect::<Vec<_>>());
         if let Some(surrogate) = Surrogate::fit(centre, factor, known) {
-            let later = later.chunks_exact(slow).map(|s| surrogate.x(&DVector::from_column_slice(s)));
-            self.memory = Memory::of(&later.collect::<Vec<_>>());
-            self.surrogate = surrogate;
+            (self.surrogate, self.memory, self.standing, self.visited) =
+                (surrogate, memory, standing, visited);
         }
     }
 }
@@ -362,11 +368,11 @@ fn first_floors(
     Some(known)
 }
 
-/// Mean, and lower factor of the covariance, of points given row by row.
-fn shape(points: &[f64], dimension: usize) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    let columns = DMatrix::from_column_slice(dimension, points.len() / dimension, points);
+/// Mean, and lower factor of the covariance, of points.
+fn shape<'a>(points: impl Iterator<Item = &'a DVector<f64>>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let columns = DMatrix::from_columns(&points.cloned().collect::<Vec<_>>());
     let mean = columns.column_mean();
-    let mut covariance = DMatrix::zeros(dimension, dimension);
+    let mut covariance = DMatrix::zeros(mean.len(), mean.len());
     for column in columns.column_iter() {
         let offset = column - &mean;
         covariance.ger(1.0 / columns.ncols() as f64, &offset, &offset, 1.0);
@@ -438,12 +444,15 @@ mod tests {
 
     #[test]
     fn the_shape_of_points_is_their_covariance() {
-        let (mean, factor) = shape(&[1.0, 0.0, -1.0, 0.0, 0.0, 2.0, 0.0, -2.0], 2).unwrap();
+        let of = |points: &[[f64; 2]]| {
+            shape(points.iter().map(|point| DVector::from_column_slice(point)).collect::<Vec<_>>().iter())
+        };
+        let (mean, factor) = of(&[[1.0, 0.0], [-1.0, 0.0], [0.0, 2.0], [0.0, -2.0]]).unwrap();
         assert!(mean.amax() < 1e-15);
         assert!(
             (factor[(0, 0)] - 0.5_f64.sqrt()).abs() < 1e-15
                 && (factor[(1, 1)] - 2.0_f64.sqrt()).abs() < 1e-15
         );
-        assert!(shape(&[1.0, 1.0, 2.0, 2.0, 3.0, 3.0], 2).is_none());
+        assert!(of(&[[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]]).is_none());
     }
 }

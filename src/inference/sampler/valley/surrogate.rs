@@ -11,7 +11,7 @@ use crate::inference::floor::Floor;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Known {
     #[serde(with = "bits::matrix")]
-    s: DVector<f64>,
+    pub s: DVector<f64>,
     /// ln m = ln p on the floor − ½ ln det.
     #[serde(with = "bits::number")]
     log_marginal: f64,
@@ -20,8 +20,9 @@ pub(super) struct Known {
     half_log_determinant: f64,
     #[serde(with = "bits::matrix")]
     slope: DVector<f64>,
+    /// −d² ln p/ds² along the floor.
     #[serde(with = "bits::matrix")]
-    metric: DMatrix<f64>,
+    pub metric: DMatrix<f64>,
     #[serde(with = "bits::matrix")]
     stiff: DVector<f64>,
     #[serde(with = "bits::matrix")]
@@ -232,7 +233,7 @@ fn plane(weights: &[f64], x: &DMatrix<f64>, values: &DVector<f64>) -> Option<DVe
 /// Squared distances of points from x; `points` holds all first coordinates, then all second ones, and so on.
 #[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-pub(super) fn squared_distances(points: &[f64], x: &[f64]) -> Vec<f64> {
+fn squared_distances(points: &[f64], x: &[f64]) -> Vec<f64> {
     let n = points.len() / x.len();
     let mut squared = vec![0.0; n];
     for (coordinates, x) in points.chunks_exact(n).zip(x) {

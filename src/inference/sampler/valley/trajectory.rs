@@ -23,8 +23,8 @@ pub(super) enum Pace {
 }
 
 /// The end of one or several Hamiltonian trajectories, each accepted by a power of the surrogate's own density, and by
-/// how much the logarithm of that is larger there than at the start. Sometimes half of them are leaps to where chains have
-/// been, accepted likewise.
+/// how much the logarithm of that is larger there than at the start. Of several, half are leaps to where chains have been,
+/// accepted likewise.
 pub(super) fn transition(
     surrogate: &Surrogate,
     memory: Option<&Memory>,
@@ -32,21 +32,21 @@ pub(super) fn transition(
     start: &DVector<f64>,
     rng: &mut impl Rng,
 ) -> (DVector<f64>, f64) {
-    const LEAPING: f64 = 0.1;
     const SINGLE: f64 = 0.3;
+    const SINGLE_TRUSTING: f64 = 0.9;
     const SEVERAL: usize = 16;
     const LEAST_POWER: f64 = 0.5;
-    let memory = memory.filter(|_| rng.random::<f64>() < LEAPING);
-    let is_single = memory.is_none() && (pace == Pace::Trusting || rng.random::<f64>() < SINGLE);
-    let moves = if is_single { 1 } else { SEVERAL };
+    let is_single = rng.random::<f64>() < if pace == Pace::Trusting { SINGLE_TRUSTING } else { SINGLE };
+    let (moves, memory) = if is_single { (1, None) } else { (SEVERAL, memory) };
     let power = if pace == Pace::Doubting { rng.random_range(LEAST_POWER..1.0) } else { 1.0 };
     let first = Point::at(surrogate, power, start.clone());
     let mut here = first.clone();
     // Every move is drawn alike: leaps and trajectories in a fixed order would not be as likely backwards.
     for _ in 0..moves {
         if let Some(memory) = memory.filter(|_| rng.random()) {
-            let there = Point::at(surrogate, power, memory.draw(rng));
-            let drawn_more = memory.log_density(&there.x) - memory.log_density(&here.x);
+            let s = memory.draw(rng);
+            let drawn_more = memory.log_density(&s) - memory.log_density(&surrogate.s(&here.x));
+            let there = Point::at(surrogate, power, surrogate.x(&s));
             if rng.random::<f64>().ln() < there.log_density - here.log_density - drawn_more {
                 here = there;
             }
@@ -165,7 +165,9 @@ mod tests {
     }
 
     fn memory(draws: impl Iterator<Item = f64>) -> Memory {
-        Memory::of(&draws.map(|x| DVector::from_vec(vec![x])).collect::<Vec<_>>()).unwrap()
+        let draws: Vec<_> = draws.map(|x| DVector::from_vec(vec![x])).collect();
+        let metric = DMatrix::identity(1, 1);
+        Memory::of(&draws.iter().map(|x| (x, &metric)).collect::<Vec<_>>()).unwrap()
     }
 
     #[test]
