@@ -59,7 +59,7 @@ const MOST_CURVATURES: u64 = 30;
 /// Steps of t after each proposal.
 const STEPS_ACROSS: u64 = 3;
 /// Deviation of ln w above which another direction is followed.
-const WIDEST_WEIGHTS: f64 = 1.0;
+const WIDEST_WEIGHTS: f64 = 0.7;
 
 /// Settings of the valley sampler.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -80,7 +80,7 @@ pub struct ValleySettings {
 
 impl Default for ValleySettings {
     fn default() -> Self {
-        Self { chains: 4, round_draws: 30, block_draws: 50, max_draws: 4_000, slow_width: 0.03 }
+        Self { chains: 4, round_draws: 30, block_draws: 50, max_draws: 4_000, slow_width: 0.015 }
     }
 }
 
