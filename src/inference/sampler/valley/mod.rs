@@ -52,8 +52,10 @@ use crate::numerics::random::{Stage, stream};
 const ROUNDS: u64 = 8;
 const FEWER_ROUNDS: (u64, f64) = (5, 0.5);
 const TRUSTED_ROUNDS: (u64, f64) = (4, 0.9);
-/// Most directions taken as slow.
+/// Most directions taken as slow; while they are few, the next ones too if they are wider than a share of `slow_width`: in
+/// few dimensions the surrogate follows them at no cost.
 const MOST_SLOW: usize = 12;
+const FEW_SLOW: (usize, f64) = (7, 1.0 / 3.0);
 /// Curvatures after which the search for a floor is given up.
 const MOST_CURVATURES: u64 = 30;
 /// Steps of t after each proposal.
@@ -74,13 +76,13 @@ pub struct ValleySettings {
     /// Draws of a chain after which sampling stops unconverged.
     pub max_draws: usize,
     /// Directions measured worse than this, in units of their priors' widths, are followed; the rest is integrated over.
-    /// More are followed where the integral is poor.
+    /// More are followed where they are few or the integral is poor.
     pub slow_width: f64,
 }
 
 impl Default for ValleySettings {
     fn default() -> Self {
-        Self { chains: 4, round_draws: 30, block_draws: 50, max_draws: 4_000, slow_width: 0.015 }
+        Self { chains: 4, round_draws: 30, block_draws: 50, max_draws: 4_000, slow_width: 0.03 }
     }
 }
 
@@ -149,7 +151,10 @@ impl ValleyState {
         let Curvature { metric, .. } = likelihood.curvature(start).ok_or_else(nowhere)?;
         let mut rng = stream(seed, settings.chains as u64, Stage::Sampling, 0);
         let mut evaluations = 1;
-        let wide = Axes::wider_than(settings.slow_width, &metric).clamp(1, dimension.min(MOST_SLOW));
+        let (few, share) = FEW_SLOW;
+        let wide = Axes::wider_than(settings.slow_width, &metric);
+        let wide = wide.max(Axes::wider_than(share * settings.slow_width, &metric).min(few));
+        let wide = wide.clamp(1, dimension.min(MOST_SLOW));
         let axes = Axes::split(start, &metric, wide);
         let (axes, floor) = followed(likelihood, axes, &mut rng, &mut evaluations).ok_or_else(nowhere)?;
         let slow = axes.slow_dimension();
