@@ -23,6 +23,7 @@
 //!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight
 //!   would hold the chain where it is; Metropolis steps of t at the same s, after each proposal, lead it back.
 
+mod follow;
 mod memory;
 mod place;
 mod surrogate;
@@ -35,12 +36,13 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use self::follow::{followed, widest};
 use self::memory::Memory;
 use self::place::{Place, tries_for};
 use self::surrogate::{Known, Surrogate};
 use self::trajectory::{Pace, transition};
 use super::chains::{Chain, Chains};
-use super::target::{Problem, log_prior};
+use super::target::Problem;
 use crate::error::{Error, Result, require};
 use crate::inference::bits;
 use crate::inference::floor::{Axes, Floor};
@@ -52,16 +54,10 @@ use crate::numerics::random::{Stage, stream};
 const ROUNDS: u64 = 8;
 const FEWER_ROUNDS: (u64, f64) = (5, 0.5);
 const TRUSTED_ROUNDS: (u64, f64) = (4, 0.9);
-/// Most directions taken as slow; while they are few, the next ones too if they are wider than a share of `slow_width`: in
-/// few dimensions the surrogate follows them at no cost.
-const MOST_SLOW: usize = 12;
-const FEW_SLOW: (usize, f64) = (7, 1.0 / 3.0);
 /// Curvatures after which the search for a floor is given up.
 const MOST_CURVATURES: u64 = 30;
 /// Steps of t after each proposal.
 const STEPS_ACROSS: u64 = 3;
-/// Deviation of ln w above which another direction is followed.
-const WIDEST_WEIGHTS: f64 = 0.7;
 
 /// Settings of the valley sampler.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -151,11 +147,7 @@ impl ValleyState {
         let Curvature { metric, .. } = likelihood.curvature(start).ok_or_else(nowhere)?;
         let mut rng = stream(seed, settings.chains as u64, Stage::Sampling, 0);
         let mut evaluations = 1;
-        let (few, share) = FEW_SLOW;
-        let wide = Axes::wider_than(settings.slow_width, &metric);
-        let wide = wide.max(Axes::wider_than(share * settings.slow_width, &metric).min(few));
-        let wide = wide.clamp(1, dimension.min(MOST_SLOW));
-        let axes = Axes::split(start, &metric, wide);
+        let axes = Axes::split(start, &metric, widest(settings.slow_width, &metric));
         let (axes, floor) = followed(likelihood, axes, &mut rng, &mut evaluations).ok_or_else(nowhere)?;
         let slow = axes.slow_dimension();
         let known = first_floors(likelihood, &axes, &floor, &mut evaluations).ok_or_else(nowhere)?;
@@ -297,57 +289,6 @@ impl ValleyState {
     }
 }
 
-/// The axes with more directions taken as slow, each the one along which the posterior is least normal, until the integral
-/// over the rest is good, and the floor at their origin.
-fn followed(
-    likelihood: &dyn LatentLikelihood,
-    mut axes: Axes,
-    rng: &mut ChaCha8Rng,
-    evaluations: &mut u64,
-) -> Option<(Axes, Floor)> {
-    /// Draws of t that tell how good the integral is.
-    const TRIALS: usize = 32;
-    loop {
-        let origin = DVector::zeros(axes.slow_dimension());
-        let guess = DVector::zeros(axes.stiff_dimension());
-        let direction = match axes.floor(likelihood, &origin, guess, MOST_CURVATURES, evaluations) {
-            Some(floor) => {
-                let (_, spread) = Place::draw(likelihood, &axes, origin, &floor, TRIALS, rng);
-                *evaluations += TRIALS as u64;
-                if spread < WIDEST_WEIGHTS || axes.slow_dimension() >= MOST_SLOW {
-                    return Some((axes, floor));
-                }
-                least_normal(likelihood, &axes, &floor, evaluations)
-            }
-            // The widest.
-            None if axes.stiff_dimension() > 0 => 0,
-            None => return None,
-        };
-        axes = axes.follow(direction);
-    }
-}
-
-/// The stiff direction along which ln w is furthest from zero on both sides of the floor at the origin.
-fn least_normal(
-    likelihood: &dyn LatentLikelihood,
-    axes: &Axes,
-    floor: &Floor,
-    evaluations: &mut u64,
-) -> usize {
-    const DEVIATIONS: f64 = 1.5;
-    let origin = DVector::zeros(axes.slow_dimension());
-    let log_weight = |direction: usize, side: f64| {
-        let mut t = floor.stiff.clone();
-        t[direction] += side * DEVIATIONS / floor.factor.row(direction).norm();
-        let z = axes.at(&origin, &t);
-        let log_density = likelihood.log_likelihood(z.as_slice()) + log_prior(z.as_slice());
-        log_density - floor.log_density + 0.5 * DEVIATIONS * DEVIATIONS
-    };
-    *evaluations += 2 * axes.stiff_dimension() as u64;
-    let misfits = (0..axes.stiff_dimension()).map(|i| log_weight(i, -1.0).abs() + log_weight(i, 1.0).abs());
-    DVector::from_iterator(axes.stiff_dimension(), misfits).imax()
-}
-
 /// F with F Fᵀ the covariance of s as the curvature along the floor has it.
 fn widths(floor: &Floor) -> Option<DMatrix<f64>> {
     Some(floor.metric.clone().cholesky()?.inverse().cholesky()?.l())
@@ -393,59 +334,6 @@ fn median(values: &mut [f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// (a, b) measured normally, and (x, y) on an arc of radius 0.01 about (0, −0.01) that is half a radian long.
-    struct Arc;
-
-    const RADIUS: f64 = 0.01;
-
-    impl Arc {
-        /// Residuals and their Jacobian.
-        fn residuals(z: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
-            let (x, y) = (z[2], z[3] + RADIUS);
-            let (r, angle) = (x.hypot(y), x.atan2(y));
-            let residuals = DVector::from_vec(vec![z[0], z[1] / 0.02, angle / 0.5, (r - RADIUS) / 1e-4]);
-            let mut jacobian = DMatrix::zeros(4, 4);
-            (jacobian[(0, 0)], jacobian[(1, 1)]) = (1.0, 1.0 / 0.02);
-            (jacobian[(2, 2)], jacobian[(2, 3)]) = (y / (r * r) / 0.5, -x / (r * r) / 0.5);
-            (jacobian[(3, 2)], jacobian[(3, 3)]) = (x / r / 1e-4, y / r / 1e-4);
-            (residuals, jacobian)
-        }
-    }
-
-    impl LatentLikelihood for Arc {
-        fn dimension(&self) -> usize {
-            4
-        }
-
-        fn log_likelihood(&self, z: &[f64]) -> f64 {
-            -0.5 * Self::residuals(z).0.norm_squared()
-        }
-
-        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-            unreachable!("only curvatures are asked for")
-        }
-
-        fn curvature(&self, z: &[f64]) -> Option<Curvature> {
-            let (residuals, jacobian) = Self::residuals(z);
-            let prior = DVector::from_column_slice(z);
-            Some(Curvature {
-                log_posterior: -0.5 * (residuals.norm_squared() + prior.norm_squared()),
-                gradient: -jacobian.tr_mul(&residuals) - prior,
-                metric: jacobian.tr_mul(&jacobian) + DMatrix::identity(4, 4),
-            })
-        }
-    }
-
-    #[test]
-    fn a_bent_direction_is_followed_before_wider_straight_ones() {
-        let metric = Arc.curvature(&[0.0; 4]).unwrap().metric;
-        let mut rng = stream(1, 0, Stage::Sampling, 0);
-        let (axes, _) = followed(&Arc, Axes::split(&[0.0; 4], &metric, 1), &mut rng, &mut 0).unwrap();
-        assert_eq!(axes.slow_dimension(), 2);
-        let along = axes.at(&DVector::from_vec(vec![0.0, 1.0]), &DVector::zeros(2));
-        assert!((along[2].abs() - 1.0).abs() < 1e-9, "{along}");
-    }
 
     #[test]
     fn the_shape_of_points_is_their_covariance() {
