@@ -21,13 +21,12 @@ pub struct RankHistogram {
 const COVERAGE_TOLERANCE: f64 = 0.07;
 const COVERAGE: f64 = 0.68;
 
-/// Draws one histogram a parameter, with the range of three standard deviations for uniform ranks, and all coverages.
+/// Draws all coverages, then one histogram a parameter with the range of three standard deviations for uniform ranks.
 pub fn calibration(parameters: &[RankHistogram]) -> Figure {
     const COLUMNS: usize = 4;
     let tallest = parameters.iter().flat_map(|p| &p.counts).copied().fold(1.0, f64::max);
-    let mut panels: Vec<Panel> =
-        parameters.iter().enumerate().map(|(i, p)| rank_panel(p, tallest, i % COLUMNS == 0)).collect();
-    panels.push(coverage_panel(parameters));
+    let ranks = (1..).zip(parameters).map(|(i, p)| rank_panel(p, tallest, i % COLUMNS == 0));
+    let panels = std::iter::once(coverage_panel(parameters)).chain(ranks).collect();
     Figure { columns: COLUMNS, panel_aspect: 0.75, panels, ..Figure::full_width("Calibration of the fits") }
 }
 
@@ -57,7 +56,7 @@ fn rank_panel(parameter: &RankHistogram, tallest: f64, is_first: bool) -> Panel 
     let x = Axis { limits: Some((0.0, 1.0)), ..Axis::linear("rank of the truth / 100") };
     let p = parameter.p_value;
     let p = if p < 0.01 { format!("{p:.0e}") } else { format!("{p:.2}") };
-    let text = format!("{}: p = {p}", parameter.label);
+    let text = format!("{}: p = {p}, {:.0}%", parameter.label, 100.0 * parameter.coverage);
     Panel {
         marks: vec![Mark::Band(expected), Mark::Histogram(steps)],
         captions: vec![Caption { text, colour: Colour::BLACK, anchor: Anchor::Start }],
@@ -84,9 +83,15 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
     };
     let line =
         Rule { at: RuleAt::Y(COVERAGE), stroke: Stroke::dashed(Colour::BLACK, 0.8), legend: String::new() };
-    let x = Axis { limits: Some((0.0, n + 1.0)), ..Axis::linear("number of the panel") };
-    let y = Axis { limits: Some((0.4, 1.0)), ..Axis::linear("coverage of 68%") };
-    Panel { marks: vec![Mark::Band(tolerated), Mark::Rule(line), Mark::Scatter(dots)], ..Panel::new(x, y) }
+    let x = Axis { limits: Some((0.0, n + 1.0)), ..Axis::linear("parameter, as the panels follow") };
+    let y = Axis { limits: Some((0.4, 1.0)), ..Axis::linear("coverage") };
+    let text = "68% intervals that hold the truth".into();
+    let captions = vec![Caption { text, colour: Colour::BLACK, anchor: Anchor::Start }];
+    Panel {
+        marks: vec![Mark::Band(tolerated), Mark::Rule(line), Mark::Scatter(dots)],
+        captions,
+        ..Panel::new(x, y)
+    }
 }
 
 #[cfg(test)]
@@ -100,7 +105,7 @@ mod tests {
         let figure = calibration(&[one, rare]);
         assert_eq!(figure.panels.len(), 3);
         let svg = figure.to_svg();
-        assert!(svg.contains("p = 0.50") && svg.contains("p = 3e-3"));
+        assert!(svg.contains("p = 0.50, 70%") && svg.contains("p = 3e-3"));
         assert!(!calibration(&[]).to_svg().contains("NaN"));
     }
 }

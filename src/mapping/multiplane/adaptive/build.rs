@@ -3,12 +3,12 @@
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-use super::chebyshev::{Basis, Jet, Series, fine_number};
+use super::chebyshev::{Basis, Jet, LANES, Lanes, Series, fine_number};
 use super::field::Field;
-use super::kick::Kick;
+use super::kick::{Kick, Kicks};
 use super::survey::{EDGE_NODES, FINE_NODES, ROW_NODES, Rough, Spot, Survey, rays, row_nodes};
-use super::tile::{Event, Met, Tile};
-use super::way::{Linear, Rows, Way, apply, kick};
+use super::tile::{Event, Met, State, Tile};
+use super::way::{Linear, Rows, Way};
 use crate::mapping::Order;
 
 /// Terms left out of a series may add up to these parts of the accuracy: in β; in paths, of which the Hessian of a
@@ -39,7 +39,7 @@ impl<'a> Tile<'a> {
         strongest.sort_by(|a, b| b.contrast_arcsec.total_cmp(&a.contrast_arcsec));
         let images: Vec<[f64; 2]> = strongest.into_iter().map(|event| event.image_arcsec).collect();
         let theta_arcsec = rays(&square, &images);
-        let (bundle, met) = self.record(&theta_arcsec);
+        let (beta_arcsec, met) = self.record(&theta_arcsec);
         let is_rough = |event: &Event, met: &Met| match &event.kick {
             Kick::Lens(..) => true,
             Kick::Halo(plane) => {
@@ -56,7 +56,7 @@ impl<'a> Tile<'a> {
         let (rows, end_rows) = narrower_rows(self, &row_nodes(&theta_arcsec), &met, &keep);
         let kept = self.events.iter().zip(met).zip(keep).filter(|(_, keep)| *keep);
         let rough = kept.zip(rows).map(|(((event, met), _), rows)| Rough { kick: event.kick, met, rows });
-        Survey { square, theta_arcsec, rough: rough.collect(), beta_arcsec: bundle.beta_arcsec, end_rows }
+        Survey { square, theta_arcsec, rough: rough.collect(), beta_arcsec, end_rows }
     }
 }
 
@@ -103,53 +103,76 @@ fn build<'a>(survey: &Survey<'a>, way: Way, accuracy: f64) -> Tile<'a> {
     const MANY: usize = 64;
     let square = &survey.square;
     let all = survey.rough.par_iter().with_min_len(MANY);
-    let interpolated: Vec<(Series<8>, [Rows; FINE_NODES])> =
-        all.clone().map(|rough| rows(&rough.rows, way.weight(rough.kick.chi_cmpc()), accuracy)).collect();
-    // What is left of the paths needs all kicks before.
-    let mut z = [[0.0; 4]; FINE_NODES];
-    // S = θ − Qz.
-    let left = |theta: &[[f64; 2]], rows: &[Rows; FINE_NODES], z: &[[f64; 4]; FINE_NODES]| {
-        std::array::from_fn(|i| {
-            let moved = apply(&rows[i], &z[i]);
-            [theta[i][0] - moved[0], theta[i][1] - moved[1]]
-        })
+    let rows: Vec<Series<8>> =
+        all.clone().map(|rough| series(&rough.rows, way.weight(rough.kick.chi_cmpc()), accuracy)).collect();
+    let end_rows = series(&survey.end_rows, 1.0, accuracy);
+    let blocks: Vec<usize> = (0..FINE_NODES).step_by(LANES).collect();
+    let left: Vec<Vec<[Lanes; 2]>> =
+        blocks.into_par_iter().map(|first| paths_left(survey, way, &rows, &end_rows, first)).collect();
+    let path = |event: usize, scale: f64| {
+        let values: [[f64; 2]; FINE_NODES] =
+            std::array::from_fn(|i| [0, 1].map(|c| left[i / LANES][event][c][i % LANES]));
+        Series::fine(&values, [1.0; 2], scale * accuracy)
     };
-    let paths: Vec<[[f64; 2]; FINE_NODES]> = survey
-        .rough
-        .iter()
-        .zip(&interpolated)
-        .map(|(rough, (_, rows))| {
-            let path = left(&rough.met.theta_arcsec, rows, &z);
-            let w = way.weight(rough.kick.chi_cmpc());
-            for (i, z) in z.iter_mut().enumerate() {
-                kick(&rows[i], w, rough.met.kick_arcsec[i], z);
-            }
-            path
-        })
-        .collect();
     let events = all
-        .zip(interpolated)
-        .zip(paths)
-        .map(|((rough, (rows, _)), path)| Event {
+        .zip(rows)
+        .enumerate()
+        .map(|(number, (rough, rows))| Event {
             kick: rough.kick,
-            path: Series::fine(&path, [1.0; 2], PATH_SHARE * accuracy),
+            path: path(number, PATH_SHARE),
             rows,
             image_arcsec: image(square, &rough.kick, &rough.met.theta_arcsec),
             contrast_arcsec: Spot::of(rough.met.kick_arcsec[..FINE_NODES].iter().copied()).radius_arcsec,
         })
         .collect();
-    let (end_rows, at_nodes) = rows(&survey.end_rows, 1.0, accuracy);
-    let end = Series::fine(&left(&survey.beta_arcsec, &at_nodes, &z), [1.0; 2], END_SHARE * accuracy);
+    let end = path(survey.rough.len(), END_SHARE);
     Tile { square: survey.square, way, events, end, end_rows, bound_arcsec: 0.0 }
 }
 
-/// Interpolated rows, and their values at the fine nodes.
-fn rows(rows: &[Rows; ROW_NODES], w: f64, accuracy: f64) -> (Series<8>, [Rows; FINE_NODES]) {
+/// S = θ − Qz at a block of fine nodes, from node `first` on: at every event, and at the end.
+#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn paths_left(
+    survey: &Survey,
+    way: Way,
+    rows: &[Series<8>],
+    end_rows: &Series<8>,
+    first: usize,
+) -> Vec<[Lanes; 2]> {
+    let nodes = first..FINE_NODES.min(first + LANES);
+    let basis = Basis::at::<0>(&survey.square, &survey.theta_arcsec[nodes.clone()]);
+    let (mut path, mut jet, mut kicks) = (Jet::<2>::zero(), Jet::<8>::zero(), Kicks::zero());
+    // Of −z: kicks act on it with −w, and S is θ + Q(−z).
+    let mut state = State::unkicked();
+    let mut all = Vec::with_capacity(rows.len() + 1);
+    for (rough, rows) in survey.rough.iter().zip(rows) {
+        rows.at::<0>(&basis, &mut jet);
+        fill(&mut path.value, &rough.met.theta_arcsec[nodes.clone()]);
+        fill(&mut kicks.kick, &rough.met.kick_arcsec[nodes.clone()]);
+        state.locate::<0>(&mut path, &jet);
+        all.push(path.value);
+        state.kick::<0>(&path, &jet, &kicks, -way.weight(rough.kick.chi_cmpc()));
+    }
+    end_rows.at::<0>(&basis, &mut jet);
+    fill(&mut path.value, &survey.beta_arcsec[nodes]);
+    state.locate::<0>(&mut path, &jet);
+    all.push(path.value);
+    all
+}
+
+#[inline(always)]
+fn fill(lanes: &mut [Lanes; 2], values: &[[f64; 2]]) {
+    for (i, value) in values.iter().enumerate() {
+        lanes[0][i] = value[0];
+        lanes[1][i] = value[1];
+    }
+}
+
+/// Interpolates rows.
+fn series(rows: &[Rows; ROW_NODES], w: f64, accuracy: f64) -> Series<8> {
     let flat = rows.map(|[x, y]| std::array::from_fn(|q| if q < 4 { x[q] } else { y[q - 4] }));
     let scale = std::array::from_fn(|q| if q % 4 < 2 { 1.0 } else { w });
-    let series = Series::coarse(&flat, scale, ROWS_SHARE * accuracy);
-    let at_nodes = series.at_nodes().map(unflattened);
-    (series, at_nodes)
+    Series::coarse(&flat, scale, ROWS_SHARE * accuracy)
 }
 
 fn unflattened(q: [f64; 8]) -> Rows {

@@ -2,8 +2,6 @@
 
 use std::sync::LazyLock;
 
-use multiversion::multiversion;
-
 use super::field::Field;
 
 /// Rays that travel together.
@@ -31,10 +29,6 @@ fn weights<const N: usize>() -> [[f64; N]; N] {
 
 static FINE: LazyLock<[[f64; SIDE]; SIDE]> = LazyLock::new(weights);
 static COARSE: LazyLock<[[f64; ROW_SIDE]; ROW_SIDE]> = LazyLock::new(weights);
-
-/// T_a at node k of the finer grid.
-static NODES: LazyLock<[[f64; SIDE]; SIDE]> =
-    LazyLock::new(|| std::array::from_fn(|a| std::array::from_fn(|k| cosine(SIDE, a * k))));
 
 /// The nodes cos(πk/8) of the finer grid on a square, x fastest.
 pub(super) fn nodes(square: &Field) -> Vec<[f64; 2]> {
@@ -211,15 +205,6 @@ impl<const C: usize> Series<C> {
     }
 }
 
-impl Series<8> {
-    /// Values at the nodes of the finer grid.
-    pub fn at_nodes(&self) -> [[f64; 8]; SIDE * SIDE] {
-        let mut values = [[0.0; 8]; SIDE * SIDE];
-        sum_at_nodes(self, &NODES, &mut values);
-        values
-    }
-}
-
 /// Coefficients of T_a(x)T_b(y) at `[a][b]` of the interpolant of values at nodes.
 fn grid<const C: usize, const N: usize>(weights: &[[f64; N]; N], values: &[[f64; C]]) -> [[[f64; C]; N]; N] {
     let mut rows = [[[0.0; C]; N]; N];
@@ -243,30 +228,6 @@ fn grid<const C: usize, const N: usize>(weights: &[[f64; N]; N], values: &[[f64;
         }
     }
     grid
-}
-
-/// Σ_a T_a(x) Σ_b c_ab T_b(y) of eight functions at the nodes (x, y) of the finer grid, one coordinate after the other.
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn sum_at_nodes(series: &Series<8>, nodes: &[[f64; SIDE]; SIDE], out: &mut [[f64; 8]; SIDE * SIDE]) {
-    let mut terms = series.terms.iter();
-    for (a, at_x) in nodes.iter().enumerate().take(series.side.min(series.degree + 1)) {
-        let mut inner = [[0.0; 8]; SIDE];
-        for (at_y, term) in nodes.iter().take(series.side.min(series.degree + 1 - a)).zip(&mut terms) {
-            for (sums, y) in inner.iter_mut().zip(at_y) {
-                for c in 0..8 {
-                    sums[c] += term[c] * y;
-                }
-            }
-        }
-        for (row, sums) in out.chunks_exact_mut(SIDE).zip(&inner) {
-            for (values, x) in row.iter_mut().zip(at_x) {
-                for c in 0..8 {
-                    values[c] += x * sums[c];
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]

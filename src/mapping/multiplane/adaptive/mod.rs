@@ -7,6 +7,7 @@
 mod accuracy;
 mod build;
 mod chebyshev;
+mod edge;
 mod field;
 mod kick;
 mod report;

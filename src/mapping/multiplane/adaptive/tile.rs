@@ -1,10 +1,12 @@
 //! A square of the sky in which smooth haloes are a polynomial map and rays meet only the rough ones one by one.
 
 use multiversion::multiversion;
+use rayon::prelude::*;
 
 use super::chebyshev::{Basis, Jet, LANES, Lanes, Series};
 use super::field::Field;
 use super::kick::{Kick, Kicks};
+use super::survey::RAYS;
 use super::way::Way;
 use crate::mapping::{Order, RayBundle};
 
@@ -38,8 +40,21 @@ pub(super) struct Met {
 }
 
 impl Met {
-    fn with_room(rays: usize) -> Self {
+    pub fn with_room(rays: usize) -> Self {
         Self { theta_arcsec: Vec::with_capacity(rays), kick_arcsec: Vec::with_capacity(rays) }
+    }
+
+    /// What blocks of rays met at every event, as one block after the other.
+    pub fn joined(blocks: impl IntoIterator<Item = Vec<Self>>) -> Vec<Self> {
+        let mut blocks = blocks.into_iter();
+        let mut all = blocks.next().unwrap_or_default();
+        for block in blocks {
+            for (met, more) in all.iter_mut().zip(block) {
+                met.theta_arcsec.extend(more.theta_arcsec);
+                met.kick_arcsec.extend(more.kick_arcsec);
+            }
+        }
+        all
     }
 }
 
@@ -49,7 +64,7 @@ const PAIRS: [(usize, usize); 3] = [(0, 0), (0, 1), (1, 1)];
 const PARTNERS: [(usize, f64); 4] = [(2, -1.0), (3, -1.0), (0, 1.0), (1, 1.0)];
 
 /// z and its derivatives, ∂z at `[n][j]`, ∂²z at `[n][pair]`.
-struct State {
+pub(super) struct State {
     z: [Lanes; 4],
     first: [[Lanes; 2]; 4],
     second: [[Lanes; 3]; 4],
@@ -69,14 +84,16 @@ impl<'a> Tile<'a> {
         rays
     }
 
-    /// Traces rays and notes where they meet every event.
-    pub fn record(&self, theta_arcsec: &[[f64; 2]]) -> (RayBundle, Vec<Met>) {
-        let mut rays = RayBundle::default();
-        let mut met: Vec<Met> = self.events.iter().map(|_| Met::with_room(theta_arcsec.len())).collect();
-        for block in theta_arcsec.chunks(LANES) {
-            recorded(self, block, &mut rays, &mut met);
-        }
-        (rays, met)
+    /// β of rays, and where they meet every event.
+    pub fn record(&self, theta_arcsec: &[[f64; 2]]) -> (Vec<[f64; 2]>, Vec<Met>) {
+        let block = |theta: &[[f64; 2]]| {
+            let mut rays = RayBundle::default();
+            let mut met: Vec<Met> = self.events.iter().map(|_| Met::with_room(RAYS)).collect();
+            recorded(self, theta, &mut rays, &mut met);
+            (rays.beta_arcsec, met)
+        };
+        let (beta, met): (Vec<_>, Vec<_>) = theta_arcsec.par_chunks(LANES).map(block).unzip();
+        (beta.concat(), Met::joined(met))
     }
 }
 
@@ -90,8 +107,7 @@ fn trace<const ORDER: usize, const RECORD: bool>(
     let used = theta.len();
     let basis = Basis::at::<ORDER>(&tile.square, theta);
     let (mut path, mut rows, mut kicks) = (Jet::<2>::zero(), Jet::<8>::zero(), Kicks::zero());
-    let mut state =
-        State { z: [[0.0; LANES]; 4], first: [[[0.0; LANES]; 2]; 4], second: [[[0.0; LANES]; 3]; 4] };
+    let mut state = State::unkicked();
     for (number, event) in tile.events.iter().enumerate() {
         event.path.at::<ORDER>(&basis, &mut path);
         event.rows.at::<ORDER>(&basis, &mut rows);
@@ -121,9 +137,14 @@ fn trace<const ORDER: usize, const RECORD: bool>(
 }
 
 impl State {
+    /// Before the first event.
+    pub fn unkicked() -> Self {
+        Self { z: [[0.0; LANES]; 4], first: [[[0.0; LANES]; 2]; 4], second: [[[0.0; LANES]; 3]; 4] }
+    }
+
     /// `path` ← S + Qz with derivatives.
     #[inline(always)]
-    fn locate<const ORDER: usize>(&self, path: &mut Jet<2>, rows: &Jet<8>) {
+    pub fn locate<const ORDER: usize>(&self, path: &mut Jet<2>, rows: &Jet<8>) {
         for c in 0..2 {
             for n in 0..4 {
                 let q = 4 * c + n;
@@ -155,7 +176,7 @@ impl State {
     /// z ← z + wΩQᵀK with derivatives; K's are ∂K = H∂θ and ∂²K = H∂²θ + T(∂θ, ∂θ).
     #[allow(clippy::needless_range_loop, reason = "tensor indices")]
     #[inline(always)]
-    fn kick<const ORDER: usize>(&mut self, path: &Jet<2>, rows: &Jet<8>, kicks: &Kicks, w: f64) {
+    pub fn kick<const ORDER: usize>(&mut self, path: &Jet<2>, rows: &Jet<8>, kicks: &Kicks, w: f64) {
         let (h, t) = (&kicks.hessian, &kicks.third);
         let mut first = [[[0.0; LANES]; 2]; 2];
         let mut second = [[[0.0; LANES]; 3]; 2];

@@ -1,20 +1,17 @@
 //! A tile's surroundings when no wider tile holds it: all planes, traced exactly.
 
-use multiversion::multiversion;
-
 use super::chebyshev::corner;
+use super::edge::{EDGE, Edge, edge_through};
 use super::field::Field;
 use super::kick::Kick;
-use super::survey::{ROW_NODES, Rough, Spot, Survey, rays, row_nodes};
+use super::survey::{RAYS, ROW_NODES, Rough, Survey, rays, row_nodes};
 use super::tile::Met;
 use super::way::{Rows, Way};
 use crate::mapping::multiplane::plane::Plane;
-use crate::mapping::multiplane::recursion::{TILE, Tile, radial_functions, trace_jacobians, trace_positions};
+use crate::mapping::multiplane::recursion::{TILE, Tile, trace_jacobians, trace_positions};
 use crate::mapping::multiplane::segment::Segment;
 use crate::profile::mass::MassProfile;
 
-/// Rays on the edge of a square that show where its rays go.
-const EDGE: usize = 8;
 /// The main lens must be this many times farther from the middle of a square than its corners.
 const CLEAR_OF_LENS: f64 = 1.5;
 /// A square for which a greater part of all planes is rough is not worth a survey.
@@ -35,20 +32,24 @@ pub(super) fn survey<'a>(
 ) -> Option<Survey<'a>> {
     let (halts, images) = halts(segment, &way, &square, tolerance_arcsec)?;
     let theta_arcsec = rays(&square, &images);
-    let positions =
-        |block: usize| record(segment, &way, &halts, &theta_arcsec[block * TILE..(block + 1) * TILE]);
+    // Rows take as long as one and a half blocks of positions. Two threads end together if the second block is left
+    // at about two thirds of the way, for the one that is done with the rows.
+    let (first, second) = theta_arcsec.split_at(TILE);
+    let two_thirds = halts.partition_point(|halt| 3 * halt.after < 2 * segment.planes.len());
     let (rows, (first, second)) = rayon::join(
         || record_rows(segment, &way, &halts, &row_nodes(&theta_arcsec)[1..]),
-        || rayon::join(|| positions(0), || positions(1)),
+        || {
+            let second = Positions::start(&way, second).record(segment, &halts[..two_thirds]);
+            rayon::join(
+                || Positions::start(&way, first).record(segment, &halts).end(segment, &way),
+                || second.record(segment, &halts[two_thirds..]).end(segment, &way),
+            )
+        },
     );
     let scale = 1.0 / way.length_cmpc();
     let end = |x: [f64; 2]| [0, 1].map(|c| (x[c] - way.x_axis_end[c]) * scale);
     let beta_arcsec = first.1.into_iter().chain(second.1).map(end).collect();
-    let met = first.0.into_iter().zip(second.0).map(|(mut met, more)| {
-        met.theta_arcsec.extend(more.theta_arcsec);
-        met.kick_arcsec.extend(more.kick_arcsec);
-        met
-    });
+    let met = Met::joined([first.0, second.0]);
     let rough = halts
         .iter()
         .zip(met)
@@ -88,7 +89,7 @@ fn halts<'a>(
     if let Some(lens) = segment.lens {
         let f = segment.chi_source_cmpc / (segment.chi_source_cmpc - lens.chi_cmpc);
         let kick = Kick::Lens(lens.chi_cmpc, f, lens.profile);
-        let spot = edge.advance(lens.chi_cmpc);
+        let spot = edge.advance(lens.chi_cmpc, 1.0 / lens.chi_cmpc);
         let [x, y] = lens.profile.centre_arcsec().unwrap_or(spot.mean_arcsec);
         let distance = (x - spot.mean_arcsec[0]).hypot(y - spot.mean_arcsec[1]);
         let is_clear = distance > CLEAR_OF_LENS * spot.radius_arcsec;
@@ -109,122 +110,45 @@ fn halts<'a>(
     Some((halts, images.into_iter().map(|(_, image)| image).collect()))
 }
 
-/// Rays on the edge of a square: corners and middles of the sides.
-struct Edge {
-    square: Field,
-    x: [[f64; EDGE]; 2],
-    s: [[f64; EDGE]; 2],
-    chi_cmpc: f64,
+/// A block of rays on its way through all planes.
+struct Positions {
+    tile: Tile,
+    rays: usize,
+    /// The number of the next plane.
+    next: usize,
+    /// Directions and kicks at every halt so far.
+    met: Vec<Met>,
 }
 
-impl Edge {
-    /// Where the edge rays lie in the square, in units of half its side.
-    const PLACES: [[f64; 2]; EDGE] = [
-        [1.0, 0.0],
-        [1.0, 1.0],
-        [0.0, 1.0],
-        [-1.0, 1.0],
-        [-1.0, 0.0],
-        [-1.0, -1.0],
-        [0.0, -1.0],
-        [1.0, -1.0],
-    ];
-
-    fn start(way: &Way, square: &Field) -> Self {
-        let slope = |c: usize, place: &[f64; 2]| {
-            way.s_start[c] + square.centre_arcsec[c] + square.half_arcsec[c] * place[c]
-        };
-        Self {
-            square: *square,
-            x: way.x_start.map(|x| [x; EDGE]),
-            s: [0, 1].map(|c| std::array::from_fn(|i| slope(c, &Self::PLACES[i]))),
-            chi_cmpc: way.chi_start,
-        }
+impl Positions {
+    fn start(way: &Way, theta: &[[f64; 2]]) -> Self {
+        let tile = Tile::start(way.chi_start, way.x_start, way.s_start, theta);
+        Self { tile, rays: theta.len(), next: 0, met: Vec::new() }
     }
 
-    /// On to `chi_cmpc`: where the rays are seen there.
-    #[inline(always)]
-    fn advance(&mut self, chi_cmpc: f64) -> Spot {
-        let step = chi_cmpc - self.chi_cmpc;
-        self.chi_cmpc = chi_cmpc;
-        for c in 0..2 {
-            for i in 0..EDGE {
-                self.x[c][i] += step * self.s[c][i];
-            }
+    /// On through the next halts.
+    fn record(mut self, segment: &Segment, halts: &[Halt]) -> Self {
+        let n = self.rays;
+        for halt in halts {
+            trace_positions(&mut self.tile, &segment.planes[self.next..halt.after]);
+            self.tile.advance::<0>(halt.kick.chi_cmpc());
+            let inv_chi = 1.0 / self.tile.chi_cmpc;
+            let mut met = Met::with_room(RAYS);
+            met.theta_arcsec.extend((0..n).map(|i| [0, 1].map(|c| self.tile.x[c][i] * inv_chi)));
+            let before = self.tile.s;
+            self.next = pass(&mut self.tile, segment, halt, n);
+            met.kick_arcsec.extend((0..n).map(|i| [0, 1].map(|c| before[c][i] - self.tile.s[c][i])));
+            self.met.push(met);
         }
-        let inv = 1.0 / chi_cmpc;
-        let mean = [0, 1].map(|c| self.x[c].iter().sum::<f64>() * inv / EDGE as f64);
-        let mut radius = 0.0_f64;
-        for i in 0..EDGE {
-            let [x, y] = [0, 1].map(|c| self.x[c][i] * inv - mean[c]);
-            radius = radius.max(x * x + y * y);
-        }
-        Spot { mean_arcsec: mean, radius_arcsec: radius.sqrt() }
+        self
     }
 
-    /// The direction in which `at` on the plane reached is seen, to first order.
-    fn image(&self, at: [f64; 2]) -> [f64; 2] {
-        let x = |c: usize, i: usize| self.x[c][i] / self.chi_cmpc;
-        let [[xx, xy], [yx, yy]] = [0, 1].map(|c| [0.5 * (x(c, 0) - x(c, 4)), 0.5 * (x(c, 2) - x(c, 6))]);
-        let centre = [0, 1].map(|c| 0.25 * (x(c, 0) + x(c, 2) + x(c, 4) + x(c, 6)));
-        let ([u, v], determinant) = ([at[0] - centre[0], at[1] - centre[1]], xx * yy - xy * yx);
-        let place = [(yy * u - xy * v) / determinant, (xx * v - yx * u) / determinant];
-        [0, 1].map(|c| self.square.centre_arcsec[c] + self.square.half_arcsec[c] * place[c])
+    /// What was met, and where the rays end.
+    fn end(mut self, segment: &Segment, way: &Way) -> (Vec<Met>, Vec<[f64; 2]>) {
+        trace_positions(&mut self.tile, &segment.planes[self.next..]);
+        self.tile.advance::<0>(way.chi_end);
+        (self.met, (0..self.rays).map(|i| [0, 1].map(|c| self.tile.x[c][i])).collect())
     }
-}
-
-#[inline(always)]
-fn edge_loop(edge: &mut Edge, planes: &[Plane], tolerance: f64, rough: &mut Vec<(usize, f64, [f64; 2])>) {
-    for (number, plane) in planes.iter().enumerate() {
-        let spot = edge.advance(plane.chi_cmpc);
-        let (mut tx, mut ty, mut u) = ([0.0; EDGE], [0.0; EDGE], [0.0; EDGE]);
-        for i in 0..EDGE {
-            tx[i] = edge.x[0][i] * plane.inv_chi - plane.centre_arcsec[0];
-            ty[i] = edge.x[1][i] * plane.inv_chi - plane.centre_arcsec[1];
-            u[i] = plane.u(tx[i], ty[i]);
-        }
-        let (mut m, mut p1, mut p2) = ([0.0; EDGE], [0.0; EDGE], [0.0; EDGE]);
-        radial_functions::<0, EDGE>(plane.tau, &u, &mut m, &mut p1, &mut p2);
-        let sheet = plane.f_sheet * plane.inv_chi;
-        let mut alpha = 0.0_f64;
-        for i in 0..EDGE {
-            let km = plane.fk * m[i];
-            alpha = alpha.max(km * km * u[i]);
-            edge.s[0][i] -= km * tx[i] - sheet * edge.x[0][i];
-            edge.s[1][i] -= km * ty[i] - sheet * edge.x[1][i];
-        }
-        let alpha = (alpha / plane.inv_r_s2).sqrt();
-        if spot.is_rough(plane, alpha, tolerance) {
-            rough.push((number, alpha, edge.image(plane.centre_arcsec)));
-        }
-    }
-}
-
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn edge_through(edge: &mut Edge, planes: &[Plane], tolerance: f64, rough: &mut Vec<(usize, f64, [f64; 2])>) {
-    edge_loop(edge, planes, tolerance, rough);
-}
-
-/// Directions and kicks of a block of rays at every halt, and where the rays end.
-fn record(segment: &Segment, way: &Way, halts: &[Halt], theta: &[[f64; 2]]) -> (Vec<Met>, Vec<[f64; 2]>) {
-    let mut tile = Tile::start(way.chi_start, way.x_start, way.s_start, theta);
-    let mut met = Vec::with_capacity(halts.len());
-    let mut next = 0;
-    let n = theta.len();
-    for halt in halts {
-        trace_positions(&mut tile, &segment.planes[next..halt.after]);
-        tile.advance::<0>(halt.kick.chi_cmpc());
-        let inv_chi = 1.0 / tile.chi_cmpc;
-        let theta_arcsec = (0..n).map(|i| [0, 1].map(|c| tile.x[c][i] * inv_chi)).collect();
-        let before = tile.s;
-        next = pass(&mut tile, segment, halt, n);
-        let kick_arcsec = (0..n).map(|i| [0, 1].map(|c| before[c][i] - tile.s[c][i])).collect();
-        met.push(Met { theta_arcsec, kick_arcsec });
-    }
-    trace_positions(&mut tile, &segment.planes[next..]);
-    tile.advance::<0>(way.chi_end);
-    (met, (0..n).map(|i| [tile.x[0][i], tile.x[1][i]]).collect())
 }
 
 /// Kicks positions alone; returns the number of the next plane.

@@ -1,0 +1,112 @@
+//! Eight rays through all planes: which haloes are rough for a square, and where inside it they are seen.
+
+use multiversion::multiversion;
+
+use super::field::Field;
+use super::survey::Spot;
+use super::way::Way;
+use crate::mapping::multiplane::plane::Plane;
+use crate::mapping::multiplane::recursion::radial_functions;
+
+/// Rays on the edge of a square that show where its rays go.
+pub(super) const EDGE: usize = 8;
+
+/// Rays on the edge of a square: corners and middles of the sides.
+pub(super) struct Edge {
+    square: Field,
+    pub x: [[f64; EDGE]; 2],
+    pub s: [[f64; EDGE]; 2],
+    chi_cmpc: f64,
+}
+
+impl Edge {
+    /// Where the edge rays lie in the square, in units of half its side.
+    const PLACES: [[f64; 2]; EDGE] = [
+        [1.0, 0.0],
+        [1.0, 1.0],
+        [0.0, 1.0],
+        [-1.0, 1.0],
+        [-1.0, 0.0],
+        [-1.0, -1.0],
+        [0.0, -1.0],
+        [1.0, -1.0],
+    ];
+
+    pub fn start(way: &Way, square: &Field) -> Self {
+        let slope = |c: usize, place: &[f64; 2]| {
+            way.s_start[c] + square.centre_arcsec[c] + square.half_arcsec[c] * place[c]
+        };
+        Self {
+            square: *square,
+            x: way.x_start.map(|x| [x; EDGE]),
+            s: [0, 1].map(|c| std::array::from_fn(|i| slope(c, &Self::PLACES[i]))),
+            chi_cmpc: way.chi_start,
+        }
+    }
+
+    /// On to `chi_cmpc`, whose inverse is `inv_chi`: where the rays in the corners, the outermost, are seen there.
+    #[inline(always)]
+    pub fn advance(&mut self, chi_cmpc: f64, inv_chi: f64) -> Spot {
+        let step = chi_cmpc - self.chi_cmpc;
+        self.chi_cmpc = chi_cmpc;
+        for c in 0..2 {
+            for i in 0..EDGE {
+                self.x[c][i] += step * self.s[c][i];
+            }
+        }
+        let [x, y] = &self.x;
+        let quarter = 0.25 * inv_chi;
+        let mean = [quarter * ((x[1] + x[3]) + (x[5] + x[7])), quarter * ((y[1] + y[3]) + (y[5] + y[7]))];
+        let mut radius = 0.0_f64;
+        for i in [1, 3, 5, 7] {
+            radius = radius.max((x[i] * inv_chi - mean[0]).powi(2) + (y[i] * inv_chi - mean[1]).powi(2));
+        }
+        Spot { mean_arcsec: mean, radius_arcsec: radius.sqrt() }
+    }
+
+    /// The direction in which `at` on the plane reached is seen, to first order.
+    fn image(&self, at: [f64; 2]) -> [f64; 2] {
+        let x = |c: usize, i: usize| self.x[c][i] / self.chi_cmpc;
+        let [[xx, xy], [yx, yy]] = [0, 1].map(|c| [0.5 * (x(c, 0) - x(c, 4)), 0.5 * (x(c, 2) - x(c, 6))]);
+        let centre = [0, 1].map(|c| 0.25 * (x(c, 0) + x(c, 2) + x(c, 4) + x(c, 6)));
+        let ([u, v], determinant) = ([at[0] - centre[0], at[1] - centre[1]], xx * yy - xy * yx);
+        let place = [(yy * u - xy * v) / determinant, (xx * v - yx * u) / determinant];
+        [0, 1].map(|c| self.square.centre_arcsec[c] + self.square.half_arcsec[c] * place[c])
+    }
+}
+
+/// A plane that is rough for the square: its number, the largest deflection by its halo, and where that is seen.
+pub(super) type RoughPlane = (usize, f64, [f64; 2]);
+
+#[inline(always)]
+fn edge_loop(edge: &mut Edge, planes: &[Plane], tolerance: f64, rough: &mut Vec<RoughPlane>) {
+    for (number, plane) in planes.iter().enumerate() {
+        let spot = edge.advance(plane.chi_cmpc, plane.inv_chi);
+        let (mut tx, mut ty, mut u) = ([0.0; EDGE], [0.0; EDGE], [0.0; EDGE]);
+        for i in 0..EDGE {
+            tx[i] = edge.x[0][i] * plane.inv_chi - plane.centre_arcsec[0];
+            ty[i] = edge.x[1][i] * plane.inv_chi - plane.centre_arcsec[1];
+            u[i] = plane.u(tx[i], ty[i]);
+        }
+        let (mut m, mut p1, mut p2) = ([0.0; EDGE], [0.0; EDGE], [0.0; EDGE]);
+        radial_functions::<0, EDGE>(plane.tau, &u, &mut m, &mut p1, &mut p2);
+        let sheet = plane.f_sheet * plane.inv_chi;
+        let mut alpha = 0.0_f64;
+        for i in 0..EDGE {
+            let km = plane.fk * m[i];
+            alpha = alpha.max(km * km * u[i]);
+            edge.s[0][i] -= km * tx[i] - sheet * edge.x[0][i];
+            edge.s[1][i] -= km * ty[i] - sheet * edge.x[1][i];
+        }
+        let alpha = (alpha / plane.inv_r_s2).sqrt();
+        if spot.is_rough(plane, alpha, tolerance) {
+            rough.push((number, alpha, edge.image(plane.centre_arcsec)));
+        }
+    }
+}
+
+#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+pub(super) fn edge_through(edge: &mut Edge, planes: &[Plane], tolerance: f64, rough: &mut Vec<RoughPlane>) {
+    edge_loop(edge, planes, tolerance, rough);
+}
