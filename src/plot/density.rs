@@ -1,8 +1,9 @@
 //! Smoothed densities of draws for display: curves of one quantity, contours of two.
 //!
 //! Gaussian kernels with the widths of Scott (1992, Multivariate Density Estimation), in two dimensions with
-//! the shape of the draws' covariance, so that a narrow ridge stays narrow. Draws near an end are mirrored at
-//! it: a density that is cut off keeps its height there, and one that fades out is not changed.
+//! the shape of the draws' covariance, so that a narrow ridge stays narrow. Beyond an end where draws are few the
+//! density runs out; draws near one where they are many are mirrored at it, so that a density that is cut off keeps
+//! its height there.
 
 use super::contour::Field;
 
@@ -19,14 +20,14 @@ const WIDENING: f64 = 1.2;
 /// Abscissae and density of one quantity, its peak 1; `None` for fewer than two different values.
 pub(super) fn curve(draws: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     let finite: Vec<f64> = draws.iter().copied().filter(|value| value.is_finite()).collect();
-    let spread = Spread::of(&finite)?;
+    let width = WIDENING * (finite.len() as f64).powf(-0.2);
+    let spread = Spread::of(&finite, width)?;
     let step = (spread.high - spread.low) / CURVE_NODES as f64;
     let mut density = vec![0.0; CURVE_NODES];
     for value in &finite {
         density[(((value - spread.low) / step) as usize).min(CURVE_NODES - 1)] += 1.0;
     }
-    let width = WIDENING * spread.deviation * (finite.len() as f64).powf(-0.2);
-    let density = smoothed(&density, width / step);
+    let density = smoothed(&density, width * spread.deviation / step);
     let peak = density.iter().copied().fold(0.0, f64::max);
     let x = (0..CURVE_NODES).map(|i| spread.low + (i as f64 + 0.5) * step);
     Some((x.collect(), density.into_iter().map(|value| value / peak).collect()))
@@ -36,7 +37,8 @@ pub(super) fn curve(draws: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
 pub(super) fn field(x: &[f64], y: &[f64], fractions: &[f64]) -> Option<(Field, Vec<f64>)> {
     let pairs = x.iter().zip(y).map(|(x, y)| (*x, *y)).filter(|(x, y)| x.is_finite() && y.is_finite());
     let (x, y): (Vec<f64>, Vec<f64>) = pairs.unzip();
-    let (along_x, along_y) = (Spread::of(&x)?, Spread::of(&y)?);
+    let width = WIDENING * (x.len() as f64).powf(-1.0 / 6.0);
+    let (along_x, along_y) = (Spread::of(&x, width)?, Spread::of(&y, width)?);
     let product: f64 = x.iter().zip(&y).map(|(x, y)| along_x.unit(*x) * along_y.unit(*y)).sum();
     let correlation = (product / x.len() as f64).clamp(-0.9999, 0.9999);
     let rest = (1.0 - correlation * correlation).sqrt();
@@ -45,7 +47,6 @@ pub(super) fn field(x: &[f64], y: &[f64], fractions: &[f64]) -> Option<(Field, V
         (u, (along_y.unit(y) - correlation * u) / rest)
     };
     // Round coordinates u, v: a grid wide enough for all draws and their mirror images.
-    let width = WIDENING * (x.len() as f64).powf(-1.0 / 6.0);
     let reach = KERNEL_REACH * width;
     let furthest = x
         .iter()
@@ -103,7 +104,7 @@ fn enclosing_level(values: &[f64], fraction: f64) -> f64 {
     reached.copied().unwrap_or(0.0)
 }
 
-/// Ends, mean and deviation of values that differ.
+/// Mean and deviation of values that differ, and the ends of their density.
 struct Spread {
     low: f64,
     high: f64,
@@ -112,12 +113,21 @@ struct Spread {
 }
 
 impl Spread {
-    fn of(values: &[f64]) -> Option<Self> {
+    /// Smoothed with a kernel of that width in deviations.
+    fn of(values: &[f64], width: f64) -> Option<Self> {
+        /// Of the peak of a normal density: where the values' own is lower at an end, it fades out.
+        const FADES_BELOW: f64 = 0.25;
         let count = values.len() as f64;
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mean = values.iter().sum::<f64>() / count;
         let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+        let peak = count * width / std::f64::consts::TAU.sqrt();
+        let beyond = |end: f64| {
+            let near = values.iter().filter(|value| (*value - end).abs() < width * deviation).count();
+            if (near as f64) < FADES_BELOW * peak { KERNEL_REACH * width * deviation } else { 0.0 }
+        };
+        let (low, high) = (low - beyond(low), high + beyond(high));
         (deviation > 0.0 && (high - low).is_finite()).then_some(Self { low, high, mean, deviation })
     }
 
@@ -226,6 +236,17 @@ mod tests {
         let (field, _) = field(&uniform, &other, &[0.68]).unwrap();
         let centre = field.values[FIELD_NODES * FIELD_NODES / 2 + FIELD_NODES / 2];
         assert!(field.values[0] / centre > 0.7, "{}", field.values[0] / centre);
+    }
+
+    #[test]
+    fn a_density_of_few_draws_fades_out() {
+        let (x, y) = normal(800);
+        let (_, density) = curve(&x).unwrap();
+        assert!(density[0] < 1e-3 && density[CURVE_NODES - 1] < 1e-3);
+        let (field, levels) = field(&x, &y, &[0.95]).unwrap();
+        let border =
+            (0..FIELD_NODES).flat_map(|k| [(k, 0), (k, FIELD_NODES - 1), (0, k), (FIELD_NODES - 1, k)]);
+        assert!(border.map(|(i, j)| field.values[j * FIELD_NODES + i]).all(|value| value < levels[0]));
     }
 
     #[test]
