@@ -1,11 +1,16 @@
 //! Floating-point columns as hexadecimal text: a saved state gives back every bit, infinities included.
 
+use std::fmt::Write;
+
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};
 
 /// Sixteen hexadecimal digits a number.
 pub(super) fn serialize<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
-    let text: String = values.iter().map(|value| format!("{:016x}", value.to_bits())).collect();
+    let mut text = String::with_capacity(16 * values.len());
+    for value in values {
+        write!(text, "{:016x}", value.to_bits()).expect("a string takes all");
+    }
     serializer.serialize_str(&text)
 }
 

@@ -16,6 +16,7 @@ use haloray::inference::sampler::{
 };
 use haloray::inference::{Fit, FitSettings, FitStage};
 use haloray::io::{Provenance, Staging, read_checkpoint, read_observation, write_checkpoint};
+use haloray::pipeline::Progress as _;
 use haloray::report::{FitSummary, write_fit};
 use haloray::{Error, Result};
 
@@ -191,9 +192,15 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let before = saved.as_ref().map_or(0.0, |(_, seconds)| *seconds);
     let start = Instant::now();
     let seconds = || before + start.elapsed().as_secs_f64();
+    let mut next_save = start;
     let fit = Fit::run(observation, model, settings, saved.map(|(run, _)| run), |stage| {
         watch(&description.name, stage, bars, |run| {
-            write_checkpoint(&checkpoint, &command, &(run, seconds()))
+            let now = Instant::now();
+            if now >= next_save {
+                write_checkpoint(&checkpoint, &command, &(run, seconds()))?;
+                next_save = Instant::now() + now.elapsed() * COMPUTED_PER_SAVED;
+            }
+            Ok(())
         })
     })?;
     bars.finish();
@@ -217,7 +224,11 @@ pub fn watch(
     save: impl FnOnce(&SamplerRun) -> Result<()>,
 ) -> Result<()> {
     match stage {
-        FitStage::Searching => bars.tell(format!("{name}: looking for a start")),
+        FitStage::Searching => {
+            bars.finish();
+            bars.begin(name, None);
+            bars.tell(format!("{name}: looking for a start"));
+        }
         FitStage::Sampling(run, progress) => {
             bars.tell(if progress.is_warming_up {
                 format!("{name}: warming up, {} evaluations", progress.evaluations)
@@ -235,6 +246,9 @@ pub fn watch(
     }
     Ok(())
 }
+
+/// Seconds of sampling for one of saving its state, which grows with the draws.
+const COMPUTED_PER_SAVED: u32 = 20;
 
 /// The state of an unfinished fit lies beside its folder, hidden.
 fn checkpoint_path(output: &Path) -> PathBuf {
