@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::climb::Start;
 use super::convergence::Convergence;
 use super::draws::DrawStatistics;
 use super::image_likelihood::{ImageLikelihood, ModelImage};
@@ -9,7 +10,7 @@ use super::likelihood::LikelihoodKind;
 use super::model::{CompiledModel, Mesh};
 use super::observation::Observation;
 use super::sampler::{Chains, Evidence, Problem, Progress, SamplerRun, SamplerSettings};
-use super::start::{Start, climb_from, find_start};
+use super::start::{climb_from, find_start};
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
 use crate::mapping::tidal::LineOfSightModel;

@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, Dyn};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::climb::Start;
 use super::latent::{Curvature, LatentLikelihood};
 use super::likelihood::{By, ImageFit, LikelihoodKind, combine, informations};
 use super::model::{CompiledModel, Evaluation, Mesh};
 use super::observation::Observation;
-use super::start::Start;
 use crate::error::{Error, Result};
 use crate::numerics::random::{self, stream};
 

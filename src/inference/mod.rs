@@ -5,6 +5,7 @@
 //! log-posterior density in z is ln L(z) − ½|z|²; u = Φ(z) are the coordinates of the unit cube.
 
 mod bits;
+mod climb;
 pub mod convergence;
 mod draws;
 mod fit;
@@ -19,10 +20,11 @@ mod prior;
 pub mod sampler;
 mod start;
 
+pub use climb::Start;
 pub use draws::{DrawStatistics, HPD_FRACTION};
 pub use fit::{Fit, FitSettings, ParameterSummary, Stage as FitStage};
 pub use image_likelihood::{ImageLikelihood, ModelImage};
 pub use latent::{Curvature, LatentLikelihood};
 pub use observation::Observation;
 pub use prior::{Prior, PriorShape};
-pub use start::{Start, climb_from, find_start};
+pub use start::{climb_from, find_start};

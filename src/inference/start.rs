@@ -1,29 +1,15 @@
 //! A start for the samplers from priors and data alone: many rough guesses, Levenberg–Marquardt from each, the best kept.
 
-use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::floor::Axes;
+use super::climb::{Start, climb, to_the_top};
 use super::image_likelihood::ImageLikelihood;
-use super::latent::{Curvature, LatentLikelihood};
+use super::latent::LatentLikelihood;
 use super::observation::Observation;
 use crate::error::{Error, Result};
 use crate::numerics::random::{Stage, stream};
 use crate::profile::mass::mean_convergence;
-
-/// The best maximum of the posterior that was found.
-#[derive(Debug, Clone)]
-pub struct Start {
-    /// Latent coordinates.
-    pub latent: Vec<f64>,
-    /// ln L − ½|z|² there.
-    pub log_posterior: f64,
-    /// Fisher matrix plus prior there.
-    pub metric: DMatrix<f64>,
-    /// Evaluations of likelihood with derivatives that it took.
-    pub evaluations: u64,
-}
 
 /// Einstein radii tried in a round of guesses, and random shapes for each.
 const RADII: u64 = 10;
@@ -33,10 +19,9 @@ const FREED: usize = 12;
 const FINALISTS: usize = 4;
 /// Fractions of the pixels that are fainter than the noise which the stages before the final one take for granted.
 const NOISE_ABOVE: [f64; 2] = [0.99, 0.9];
-/// Iterations of each stage of a rough search, and of later ones.
+/// Iterations of each stage of a rough search, and of later ones but the last.
 const ROUGH_ITERATIONS: usize = 12;
 const MIDDLE_ITERATIONS: usize = 40;
-const FINAL_ITERATIONS: usize = 80;
 /// Rounds of guesses after which the best is taken whatever it is, and those after which it is taken if it was found twice
 /// although it leaves more than noise, but not a χ² per degree of freedom above the last number.
 const MOST_ROUNDS: u64 = 10;
@@ -145,7 +130,7 @@ fn climb_in_stages(
         evaluations += top.evaluations;
         latent = top.latent;
     }
-    let top = climb_from(last, latent).ok()?;
+    let top = to_the_top(last, latent)?;
     Some(Start { evaluations: top.evaluations + evaluations, ..top })
 }
 
@@ -154,8 +139,7 @@ fn climb_in_stages(
 /// # Errors
 /// When the model cannot be evaluated there.
 pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Start> {
-    let start = climb(likelihood, latent, &[], FINAL_ITERATIONS).ok_or_else(|| no_model(likelihood))?;
-    Ok(follow_valley(likelihood, start))
+    to_the_top(likelihood, latent).ok_or_else(|| no_model(likelihood))
 }
 
 fn no_model(likelihood: &ImageLikelihood) -> Error {
@@ -237,121 +221,9 @@ fn half_light_radius(observation: &Observation) -> f64 {
     inside.map_or(1.0, |(radius, _)| *radius).max(observation.grid.pixel_scale_arcsec())
 }
 
-/// Levenberg–Marquardt on ln L − ½|z|² with the Fisher matrix, the coordinates `held` staying where they are; `None` where
-/// the start has no likelihood.
-fn climb(
-    likelihood: &ImageLikelihood,
-    mut latent: Vec<f64>,
-    held: &[bool],
-    iterations: usize,
-) -> Option<Start> {
-    /// A latent coordinate moves by no more than this at once.
-    const LONGEST: f64 = 0.5;
-    /// Gain of ln p below which the climb ends, and the damping above which no step helps.
-    const SMALLEST_GAIN: f64 = 1e-4;
-    const MOST_DAMPING: f64 = 1e8;
-    let mut here = likelihood.curvature(&latent)?;
-    let (mut damping, mut evaluations) = (1e-2, 1);
-    for _ in 0..iterations {
-        let step = damped_step(&here, held, damping)?;
-        let scale = (LONGEST / step.amax()).min(1.0);
-        let moved: Vec<f64> = latent.iter().zip(step.iter()).map(|(z, s)| z + scale * s).collect();
-        evaluations += 1;
-        // The value alone, which refuses a step at a tenth of the cost.
-        let log_posterior =
-            likelihood.log_likelihood(&moved) - 0.5 * moved.iter().map(|z| z * z).sum::<f64>();
-        let is_higher = log_posterior > here.log_posterior;
-        match is_higher.then(|| likelihood.curvature(&moved)).flatten() {
-            Some(there) => {
-                let gain = there.log_posterior - here.log_posterior;
-                (latent, here) = (moved, there);
-                if gain < SMALLEST_GAIN && damping < 1.0 {
-                    break;
-                }
-                damping = f64::max(0.2 * damping, 1e-9);
-            }
-            _ if damping > MOST_DAMPING => break,
-            _ => damping *= 8.0,
-        }
-    }
-    Some(Start { latent, log_posterior: here.log_posterior, metric: here.metric, evaluations })
-}
-
-/// Newton steps along the floor of the valley in which a start lies, which bends too much for Levenberg–Marquardt.
-fn follow_valley(likelihood: &ImageLikelihood, mut start: Start) -> Start {
-    /// Directions measured worse than this, in units of their priors' widths, lead along the valley.
-    const SLOW_WIDTH: f64 = 0.03;
-    const MOST_STEPS: usize = 100;
-    const SMALLEST_GAIN: f64 = 1e-3;
-    let mut damping = 0.0;
-    for _ in 0..MOST_STEPS {
-        let slow = Axes::wider_than(SLOW_WIDTH, &start.metric).max(1);
-        let axes = Axes::split(&start.latent, &start.metric, slow);
-        let Some(latent) = valley_step(likelihood, &axes, &mut damping, &mut start.evaluations) else {
-            break;
-        };
-        let Some(there) = likelihood.curvature(&latent) else { break };
-        start.evaluations += 1;
-        let gain = there.log_posterior - start.log_posterior;
-        if gain > 0.0 {
-            start = Start { latent, log_posterior: there.log_posterior, metric: there.metric, ..start };
-        }
-        if gain < SMALLEST_GAIN {
-            break;
-        }
-    }
-    start
-}
-
-/// A place on the floor higher than the origin of the axes, a damped Newton step away; the origin's floor if none is found.
-fn valley_step(
-    likelihood: &ImageLikelihood,
-    axes: &Axes,
-    damping: &mut f64,
-    evaluations: &mut u64,
-) -> Option<Vec<f64>> {
-    /// A step moves no slow coordinate by more.
-    const LONGEST: f64 = 1.0;
-    const MOST_DAMPING: f64 = 1e4;
-    /// Curvatures for one place of the floor; steps that need more are too long.
-    const MOST_CURVATURES: u64 = 8;
-    let origin = DVector::zeros(axes.slow_dimension());
-    let guess = DVector::zeros(axes.stiff_dimension());
-    let here = axes.floor(likelihood, &origin, guess, 2 * MOST_CURVATURES, evaluations)?;
-    while *damping <= MOST_DAMPING {
-        let mut metric = here.metric.clone();
-        (0..metric.nrows()).for_each(|i| metric[(i, i)] *= 1.0 + *damping);
-        let step = metric.cholesky()?.solve(&here.slope);
-        let step = &step * (LONGEST / step.amax()).min(1.0);
-        let guess = &here.stiff + &here.bend * &step;
-        let there = axes.floor(likelihood, &step, guess, MOST_CURVATURES, evaluations);
-        if let Some(there) = there.filter(|there| there.log_density > here.log_density) {
-            *damping = if *damping > 1e-2 { 0.2 * *damping } else { 0.0 };
-            return Some(axes.at(&step, &there.stiff).as_slice().to_vec());
-        }
-        *damping = f64::max(8.0 * *damping, 0.1);
-    }
-    Some(axes.at(&origin, &here.stiff).as_slice().to_vec())
-}
-
 /// Whether a parameter belongs to the line of sight or is the Sérsic index of a source.
 fn held_at_first(likelihood: &ImageLikelihood) -> Vec<bool> {
     let is_held =
         |name: &str| !name.contains('.') || (name.starts_with("source") && name.ends_with("n_sersic"));
     likelihood.model.free.iter().map(|parameter| is_held(&parameter.name)).collect()
-}
-
-fn damped_step(here: &Curvature, held: &[bool], damping: f64) -> Option<DVector<f64>> {
-    let mut matrix = here.metric.clone();
-    let mut gradient = here.gradient.clone();
-    for i in 0..matrix.nrows() {
-        matrix[(i, i)] *= 1.0 + damping;
-    }
-    for i in (0..held.len()).filter(|i| held[*i]) {
-        matrix.row_mut(i).fill(0.0);
-        matrix.column_mut(i).fill(0.0);
-        (matrix[(i, i)], gradient[i]) = (1.0, 0.0);
-    }
-    let step = matrix.cholesky()?.solve(&gradient);
-    step.iter().all(|s| s.is_finite()).then_some(step)
 }

@@ -77,6 +77,11 @@ impl Chains {
         Self { dimension, group_size, chains: vec![Chain::default(); count] }
     }
 
+    /// Leaves chains without draws.
+    pub(super) fn forget(&mut self) {
+        self.chains.fill(Chain::default());
+    }
+
     /// Draws of one chain.
     pub fn draws(&self) -> usize {
         self.chains.first().map_or(0, Chain::len)

@@ -17,6 +17,7 @@
 //! - *Between* valleys: ellipticity and foreground shear turn the same image into two modes with hardly anything between
 //!   them, and a bent valley is followed only in small steps. Of several moves on the surrogate half leap to where chains have
 //!   been before, by the density of normal kernels about their draws that have the shape of the valley there.
+//!   Where floors are found far above that at the start, the start was no maximum: all begins again at the top above them.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
@@ -45,6 +46,7 @@ use super::chains::{Chain, Chains};
 use super::target::Problem;
 use crate::error::{Error, Result, require};
 use crate::inference::bits;
+use crate::inference::climb::to_the_top;
 use crate::inference::floor::{Axes, Floor};
 use crate::inference::{Curvature, LatentLikelihood};
 use crate::numerics::random::{Stage, stream};
@@ -113,6 +115,10 @@ pub(super) struct ValleyState {
     #[serde(with = "bits")]
     spreads: Vec<f64>,
     pace: Pace,
+    /// Block with which warm-up began, and ln p of the floor that it began at.
+    began: u64,
+    #[serde(with = "bits::number")]
+    top: f64,
     pub evaluations: u64,
 }
 
@@ -144,25 +150,30 @@ impl ValleyState {
             let what = "the curvature of the posterior at the start of valley";
             Error::out_of_range(what, "without a maximum nearby", "positive definite around a maximum")
         };
-        let Curvature { metric, .. } = likelihood.curvature(start).ok_or_else(nowhere)?;
         let mut rng = stream(seed, settings.chains as u64, Stage::Sampling, 0);
+        Self::about(settings, likelihood, start, &mut rng).ok_or_else(nowhere)
+    }
+
+    /// Before warm-up, all chains on the floor nearest to `start`; `None` where the posterior has no maximum nearby.
+    fn about(
+        settings: ValleySettings,
+        likelihood: &dyn LatentLikelihood,
+        start: &[f64],
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Self> {
+        let Curvature { metric, .. } = likelihood.curvature(start)?;
         let mut evaluations = 1;
         let axes = Axes::split(start, &metric, widest(settings.slow_width, &metric));
-        let (axes, floor) = followed(likelihood, axes, &mut rng, &mut evaluations).ok_or_else(nowhere)?;
+        let (axes, floor) = followed(likelihood, axes, rng, &mut evaluations)?;
         let slow = axes.slow_dimension();
-        let known = first_floors(likelihood, &axes, &floor, &mut evaluations).ok_or_else(nowhere)?;
-        let (centre, factor) = (DVector::zeros(slow), widths(&floor).ok_or_else(nowhere)?);
-        let surrogate = Surrogate::fit(centre, factor, known).ok_or_else(nowhere)?;
-        let origin = DVector::zeros(slow);
+        let known = first_floors(likelihood, &axes, &floor, &mut evaluations)?;
+        let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&floor)?, known)?;
         let tries = 8;
         let places: Vec<Place> = (0..settings.chains)
-            .map(|_| Place::draw(likelihood, &axes, origin.clone(), &floor, tries, &mut rng).0)
+            .map(|_| Place::draw(likelihood, &axes, DVector::zeros(slow), &floor, tries, rng).0)
             .collect();
-        if places.iter().any(|place| !place.log_weight().is_finite()) {
-            return Err(nowhere());
-        }
         evaluations += (tries * settings.chains) as u64;
-        Ok(Self {
+        places.iter().all(|place| place.log_weight().is_finite()).then(|| Self {
             settings,
             axes,
             surrogate,
@@ -173,6 +184,8 @@ impl ValleyState {
             visited: vec![],
             spreads: vec![],
             pace: Pace::Learning,
+            began: 0,
+            top: floor.log_density,
             evaluations,
         })
     }
@@ -194,20 +207,49 @@ impl ValleyState {
             })
             .collect();
         self.evaluations += legs.iter().map(|leg| leg.evaluations).sum::<u64>();
+        if let Some(again) = self.begun_higher(likelihood, &legs, seed, block) {
+            *self = again;
+            chains.forget();
+            return;
+        }
         self.places = legs.iter().map(|leg| leg.place.clone()).collect();
         self.learn(&legs);
         if is_warm_up {
+            let rounds_done = block - self.began;
             let are_enough = |(rounds, share): (u64, f64)| {
-                block >= rounds && legs.iter().all(|leg| leg.spreads.len() as f64 > share * draws as f64)
+                rounds_done >= rounds
+                    && legs.iter().all(|leg| leg.spreads.len() as f64 > share * draws as f64)
             };
             if are_enough(TRUSTED_ROUNDS) {
                 self.pace = Pace::Trusting;
-            } else if block >= ROUNDS || are_enough(FEWER_ROUNDS) {
+            } else if rounds_done >= ROUNDS || are_enough(FEWER_ROUNDS) {
                 self.pace = Pace::Doubting;
             }
         } else {
             chains.chains.iter_mut().zip(legs).for_each(|(chain, leg)| chain.append(leg.chain));
         }
+    }
+
+    /// Before warm-up at a higher maximum, if floors far above that at the start have been found: chains would only climb.
+    fn begun_higher(
+        &mut self,
+        likelihood: &dyn LatentLikelihood,
+        legs: &[Leg],
+        seed: u64,
+        block: u64,
+    ) -> Option<Self> {
+        const FAR: f64 = 10.0;
+        let known = legs.iter().flat_map(|leg| &leg.known);
+        let highest = known.max_by(|a, b| a.log_density().total_cmp(&b.log_density()))?;
+        if highest.log_density() < self.top + FAR {
+            return None;
+        }
+        self.top = highest.log_density();
+        let top = to_the_top(likelihood, self.axes.at(&highest.s, &highest.stiff).as_slice().to_vec())?;
+        let mut rng = stream(seed, self.places.len() as u64, Stage::Sampling, block);
+        let begun = Self::about(self.settings, likelihood, &top.latent, &mut rng)?;
+        let evaluations = self.evaluations + top.evaluations + begun.evaluations;
+        Some(Self { began: block, evaluations, ..begun })
     }
 
     fn leg(&self, likelihood: &dyn LatentLikelihood, place: Place, draws: usize, mut rng: ChaCha8Rng) -> Leg {
@@ -334,6 +376,45 @@ fn median(values: &mut [f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Both coordinates measured to 0.1, the first as 2.
+    struct Measured;
+
+    impl LatentLikelihood for Measured {
+        fn dimension(&self) -> usize {
+            2
+        }
+
+        fn log_likelihood(&self, z: &[f64]) -> f64 {
+            -50.0 * ((z[0] - 2.0).powi(2) + z[1] * z[1])
+        }
+
+        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+            unreachable!("only curvatures are asked for")
+        }
+
+        fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+            Some(Curvature {
+                log_posterior: self.log_likelihood(z) - 0.5 * (z[0] * z[0] + z[1] * z[1]),
+                gradient: DVector::from_vec(vec![200.0 - 101.0 * z[0], -101.0 * z[1]]),
+                metric: DMatrix::identity(2, 2) * 101.0,
+            })
+        }
+    }
+
+    #[test]
+    fn a_start_far_below_the_maximum_is_left_for_it() {
+        let starts = [vec![0.0; 2]];
+        let problem = Problem { likelihood: &Measured, starts: &starts, metric: None };
+        let mut state = ValleyState::start(ValleySettings::default(), 1, &problem).unwrap();
+        assert!(state.top < -150.0, "{}", state.top);
+        let mut chains = Chains::new(2, 4, 1);
+        (1..=3).for_each(|block| state.advance(&Measured, 1, block, &mut chains));
+        assert!((state.top + 2.0).abs() < 0.1 && state.began > 0, "{} {}", state.top, state.began);
+        (4..=20).for_each(|block| state.advance(&Measured, 1, block, &mut chains));
+        let draws = chains.coordinate(0).concat();
+        assert!(draws.len() > 400 && draws.iter().all(|z| (z - 1.98).abs() < 0.6));
+    }
 
     #[test]
     fn the_shape_of_points_is_their_covariance() {

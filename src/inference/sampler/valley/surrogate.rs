@@ -23,8 +23,9 @@ pub(super) struct Known {
     /// −d² ln p/ds² along the floor.
     #[serde(with = "bits::matrix")]
     pub metric: DMatrix<f64>,
+    /// t̂.
     #[serde(with = "bits::matrix")]
-    stiff: DVector<f64>,
+    pub stiff: DVector<f64>,
     #[serde(with = "bits::matrix")]
     bend: DMatrix<f64>,
 }
@@ -40,6 +41,11 @@ impl Known {
             stiff: floor.stiff.clone(),
             bend: floor.bend.clone(),
         }
+    }
+
+    /// ln p on the floor.
+    pub fn log_density(&self) -> f64 {
+        self.log_marginal + self.half_log_determinant
     }
 }
 
