@@ -94,7 +94,7 @@ impl Axes {
     }
 
     /// The floor at s, sought from `guess`; `None` where it is not reached with `most` curvatures, which
-    /// `evaluations` counts.
+    /// `evaluations` counts, or where a kink of the likelihood holds the search up.
     pub fn floor(
         &self,
         likelihood: &dyn LatentLikelihood,
@@ -107,6 +107,8 @@ impl Axes {
         /// of third order in it.
         const NEAR: f64 = 0.5;
         const LEAST_DAMPING: f64 = 1e-2;
+        /// At a kink, such as a sample on the cusp of a steep source, no step along the gradient goes up, however short.
+        const MOST_DAMPING: f64 = 1e4;
         *evaluations += 1;
         let mut here = self.expand(likelihood, s, guess)?;
         let (mut damping, mut left) = (0.0, most);
@@ -123,6 +125,7 @@ impl Axes {
                     here = there;
                     damping = if damping > LEAST_DAMPING { 0.1 * damping } else { 0.0 };
                 }
+                _ if damping >= MOST_DAMPING => return None,
                 _ => damping = f64::max(10.0 * damping, LEAST_DAMPING),
             }
         }
@@ -235,6 +238,34 @@ mod tests {
             assert!((floor.bend[(0, 0)].abs() - 2.0 * a.abs()).abs() < 1e-4 * (1.0 + a.abs()));
             assert!((floor.factor[(0, 0)] - 1e3).abs() < 1.0);
         }
+    }
+
+    #[test]
+    fn a_search_held_up_at_a_kink_is_soon_given_up() {
+        /// ln p = −100 |b| with too small a curvature, at whose top the gradient still points up.
+        struct Kink;
+        impl LatentLikelihood for Kink {
+            fn dimension(&self) -> usize {
+                2
+            }
+            fn log_likelihood(&self, z: &[f64]) -> f64 {
+                -100.0 * z[1].abs()
+            }
+            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+                unreachable!("only curvatures are asked for")
+            }
+            fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+                Some(Curvature {
+                    log_posterior: self.log_likelihood(z),
+                    gradient: DVector::from_vec(vec![0.0, if z[1] > 0.0 { -100.0 } else { 100.0 }]),
+                    metric: DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0])),
+                })
+            }
+        }
+        let axes = Axes::split(&[0.0, 0.0], &DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0])), 1);
+        let mut evaluations = 0;
+        assert!(axes.floor(&Kink, &DVector::zeros(1), DVector::zeros(1), 1000, &mut evaluations).is_none());
+        assert!((3..12).contains(&evaluations), "{evaluations} curvatures");
     }
 
     #[test]
