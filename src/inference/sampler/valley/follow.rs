@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::Rng;
 
 use super::MOST_CURVATURES;
+use super::across::Across;
 use super::place::Place;
 use crate::inference::LatentLikelihood;
 use crate::inference::floor::{Axes, Floor};
@@ -38,7 +39,7 @@ pub(super) fn followed(
         let guess = DVector::zeros(axes.stiff_dimension());
         let direction = match axes.floor(likelihood, &origin, guess, MOST_CURVATURES, evaluations) {
             Some(floor) => {
-                let (_, spread) = Place::draw(likelihood, &axes, origin, &floor, TRIALS, rng);
+                let (_, spread) = Place::draw(likelihood, &axes, origin, &floor, Across::normal(TRIALS), rng);
                 *evaluations += TRIALS as u64;
                 if spread < WIDEST_WEIGHTS || axes.slow_dimension() >= MOST_SLOW {
                     return Some((axes, floor));

@@ -22,8 +22,10 @@
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
 //!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight
-//!   would hold the chain where it is; Metropolis steps of t at the same s, after each proposal, lead it back.
+//!   would hold the chain where it is; Metropolis steps of t at the same s, after each proposal, lead it back, and where
+//!   weights are very unequal t is drawn with Cauchy tails.
 
+mod across;
 mod follow;
 mod memory;
 mod place;
@@ -37,9 +39,10 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use self::across::Across;
 use self::follow::{followed, widest};
 use self::memory::Memory;
-use self::place::{Place, tries_for};
+use self::place::Place;
 use self::surrogate::{Known, Surrogate};
 use self::trajectory::{Pace, transition};
 use super::chains::{Chain, Chains};
@@ -80,7 +83,7 @@ pub struct ValleySettings {
 
 impl Default for ValleySettings {
     fn default() -> Self {
-        Self { chains: 4, round_draws: 30, block_draws: 50, max_draws: 4_000, slow_width: 0.03 }
+        Self { chains: 4, round_draws: 30, block_draws: 50, max_draws: 8_000, slow_width: 0.03 }
     }
 }
 
@@ -108,8 +111,8 @@ pub(super) struct ValleyState {
     places: Vec<Place>,
     /// Which known floor each place stands on.
     standing: Vec<usize>,
-    /// Draws of t for each s.
-    tries: usize,
+    /// How t is drawn at each s.
+    across: Across,
     /// Which known floor each draw stands on, and deviations of ln w.
     visited: Vec<usize>,
     #[serde(with = "bits")]
@@ -168,11 +171,11 @@ impl ValleyState {
         let slow = axes.slow_dimension();
         let known = first_floors(likelihood, &axes, &floor, &mut evaluations)?;
         let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&floor)?, known)?;
-        let tries = 8;
+        let across = Across::normal(8);
         let places: Vec<Place> = (0..settings.chains)
-            .map(|_| Place::draw(likelihood, &axes, DVector::zeros(slow), &floor, tries, rng).0)
+            .map(|_| Place::draw(likelihood, &axes, DVector::zeros(slow), &floor, across, rng).0)
             .collect();
-        evaluations += (tries * settings.chains) as u64;
+        evaluations += (across.tries * settings.chains) as u64;
         places.iter().all(|place| place.log_weight().is_finite()).then(|| Self {
             settings,
             axes,
@@ -180,7 +183,7 @@ impl ValleyState {
             memory: None,
             places,
             standing: vec![0; settings.chains],
-            tries,
+            across,
             visited: vec![],
             spreads: vec![],
             pace: Pace::Learning,
@@ -227,6 +230,7 @@ impl ValleyState {
             }
         } else {
             chains.chains.iter_mut().zip(legs).for_each(|(chain, leg)| chain.append(leg.chain));
+            self.across = self.across.or_with_tails();
         }
     }
 
@@ -290,8 +294,8 @@ impl ValleyState {
         if rng.random::<f64>().ln() >= gain - surrogate_gain {
             return;
         }
-        let (place, spread) = Place::draw(likelihood, &self.axes, s, &floor, self.tries, rng);
-        leg.evaluations += self.tries as u64;
+        let (place, spread) = Place::draw(likelihood, &self.axes, s, &floor, self.across, rng);
+        leg.evaluations += self.across.tries as u64;
         leg.spreads.push(spread);
         if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
             leg.place = place;
@@ -312,8 +316,8 @@ impl ValleyState {
             self.spreads.extend_from_slice(&leg.spreads);
         }
         let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
-        if let Some(spread) = median(recent) {
-            self.tries = tries_for(spread);
+        if let Some(spread) = median(recent).filter(|_| !self.across.has_tails()) {
+            self.across = Across::for_spread(spread);
         }
         // The later half of the draws tells the shape, once they are many.
         let later: Vec<_> = visited[visited.len() / 2..].iter().map(|floor| &known[*floor]).collect();

@@ -1,10 +1,11 @@
-//! Where a chain is: s, and one of several normal draws of t about the floor, weighed by the true density.
+//! Where a chain is: s, and one of several draws of t about the floor, weighed by the true density.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use super::across::Across;
 use crate::inference::floor::{Axes, Floor};
 use crate::inference::sampler::target::log_prior;
 use crate::inference::{LatentLikelihood, bits};
@@ -33,20 +34,20 @@ pub(super) struct Place {
     /// Cᵀ(t − t̂) of the chain's t.
     #[serde(with = "bits::matrix")]
     unit: DVector<f64>,
-    /// Number of t, and ln of the sum of the weights of those that are not the chain's.
-    tries: usize,
+    /// How the t were drawn, and ln of the sum of the weights of those that are not the chain's.
+    across: Across,
     #[serde(with = "bits::number")]
     log_rest: f64,
 }
 
 impl Place {
-    /// `tries` draws of t about the floor at s, one of them chosen by weight, and the deviation of ln w.
+    /// Draws of t about the floor at s, one of them chosen by weight, and the deviation of ln w.
     pub fn draw(
         likelihood: &dyn LatentLikelihood,
         axes: &Axes,
         s: DVector<f64>,
         floor: &Floor,
-        tries: usize,
+        across: Across,
         rng: &mut impl Rng,
     ) -> (Self, f64) {
         let mut place = Self {
@@ -58,12 +59,13 @@ impl Place {
             stiff: floor.stiff.clone(),
             log_floor: floor.log_density,
             factor: floor.factor.clone(),
-            tries,
+            across,
             log_rest: f64::NEG_INFINITY,
         };
+        let tries = across.tries;
         let drawn: Vec<Self> = (0..tries)
             .map(|_| {
-                let unit = normal(place.unit.len(), rng);
+                let unit = across.draw(place.unit.len(), rng);
                 place.at(likelihood, axes, unit)
             })
             .collect();
@@ -99,12 +101,13 @@ impl Place {
 
     /// ln w of the chain's t.
     fn log_own_weight(&self) -> f64 {
-        self.log_density() - self.log_floor + 0.5 * self.unit.norm_squared()
+        let normal = -0.5 * self.unit.norm_squared();
+        self.log_density() - self.log_floor - normal - self.across.log_excess(&self.unit)
     }
 
     /// ln of the mean weight.
     pub fn log_weight(&self) -> f64 {
-        log_sum([self.log_rest, self.log_own_weight()]) - (self.tries as f64).ln()
+        log_sum([self.log_rest, self.log_own_weight()]) - (self.across.tries as f64).ln()
     }
 
     /// A step of the chain's t, accepted by the true density.
@@ -120,14 +123,6 @@ impl Place {
             *self = there;
         }
     }
-}
-
-/// Draws of t that keep the variance of the mean weight near 10%: that of one is exp(spread²) − 1.
-pub(super) fn tries_for(spread: f64) -> usize {
-    const VARIANCE: f64 = 0.1;
-    const FEWEST: f64 = 3.0;
-    const MOST: f64 = 16.0;
-    ((spread * spread).exp_m1() / VARIANCE).ceil().clamp(FEWEST, MOST) as usize
 }
 
 /// Standard normal numbers.
@@ -180,34 +175,33 @@ mod tests {
         }
     }
 
-    fn drawn(tries: usize) -> (Axes, Place, f64) {
+    fn drawn(across: Across, rng: &mut impl Rng) -> (Axes, Place, f64) {
         let metric = Logistic.curvature(&[0.0, 0.0]).unwrap().metric;
         let axes = Axes::split(&[0.0, 0.0], &metric, 1);
         let s = DVector::from_vec(vec![0.7]);
         let floor = axes.floor(&Logistic, &s, DVector::zeros(1), 30, &mut 0).unwrap();
-        let mut rng = stream(1, 0, Stage::Sampling, 0);
-        let (place, spread) = Place::draw(&Logistic, &axes, s, &floor, tries, &mut rng);
+        let (place, spread) = Place::draw(&Logistic, &axes, s, &floor, across, rng);
         (axes, place, spread)
     }
 
     #[test]
-    fn more_tries_where_weights_spread() {
-        assert_eq!([0.0, 0.3, 0.6, 1.0, 3.0].map(tries_for), [3, 3, 5, 16, 16]);
-    }
-
-    #[test]
     fn the_mean_weight_is_the_ratio_of_the_integrals() {
-        let (_, place, _) = drawn(200_000);
         // ∫p dt = WIDTH and Laplace's integral is √(2π · 2) WIDTH times the height ¼, for the same s.
         let ratio = 1.0 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());
-        assert!((place.log_weight() - ratio.ln()).abs() < 0.02, "{} {}", place.log_weight(), ratio.ln());
+        let rng = &mut stream(1, 0, Stage::Sampling, 0);
+        let normal = drawn(Across::normal(200_000), rng).1.log_weight();
+        assert!((normal - ratio.ln()).abs() < 0.02, "{normal} {}", ratio.ln());
+        let across = Across::normal(16).or_with_tails();
+        let tailed: Vec<f64> = (0..20_000).map(|_| drawn(across, rng).1.log_weight()).collect();
+        let tailed = log_sum(tailed.iter().copied()) - 20_000_f64.ln();
+        assert!((tailed - ratio.ln()).abs() < 0.02, "{tailed} {}", ratio.ln());
     }
 
     #[test]
     fn steps_keep_the_true_density_and_the_other_draws() {
-        let (axes, mut place, _) = drawn(3);
-        let rest = place.log_rest;
         let mut rng = stream(2, 0, Stage::Sampling, 0);
+        let (axes, mut place, _) = drawn(Across::normal(3), &mut rng);
+        let rest = place.log_rest;
         const STEPS: usize = 100_000;
         let squares: f64 = (0..STEPS)
             .map(|_| {
