@@ -34,7 +34,7 @@ fn main() -> haloray::Result<()> {
     let view = View::through(&config, &sight, &shapes, &inputs.psf, (0, Stage::NoiseImage), &Silent)?;
     println!("{} haloes, gamma_os on the axis {}", view.number_of_haloes, view.effective.os.tidal.gamma);
 
-    let image = image_file(&config, &inputs.psf, &view.exposure, &view.exposure.noisy_e_s);
+    let image = image_file(&config, &inputs.psf, &view.exposure.grid, &view.exposure.noisy_e_s);
     image.write(&output, &Provenance::new(Some(config.seed), ""))?;
     println!("written to {}", output.display());
     let _ = std::fs::remove_file(&table);

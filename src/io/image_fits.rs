@@ -6,45 +6,11 @@ use fitskit::{Hdu, HduData, Header, HeaderValue, ImageData, PixelData};
 
 use super::Provenance;
 use super::atomic_file::write_atomically;
+use super::exposure_keywords::ExposureKeywords;
 use super::fits_file as fits;
 use super::image_wcs::{pixel_scale_arcsec as scale_of, push_wcs};
 use crate::error::{Error, Result, require};
-use crate::imaging::PixelSampling;
-
-/// What the header says about the exposure; a keyword that is absent is `None`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ExposureKeywords {
-    /// `EXPTIME`, s.
-    pub exposure_time_s: Option<f64>,
-    /// `BKGRMS`, standard deviation of the background per pixel, electron/s.
-    pub background_rms_e_per_s: Option<f64>,
-    /// `PSFFWHM`, full width at half maximum of the Gaussian PSF, arcsec.
-    pub psf_fwhm_arcsec: Option<f64>,
-    /// `PSFTRUNC`, radius at which the PSF is cut, in standard deviations.
-    pub psf_truncation_sigma: Option<f64>,
-    /// `ZLENS`, redshift of the main lens.
-    pub z_lens: Option<f64>,
-    /// `ZSOURCE`, redshift of the source.
-    pub z_source: Option<f64>,
-    /// `PIXSAMP`, how the pixels were integrated where the image was simulated: `point` or `adaptive`.
-    pub pixel_sampling: Option<PixelSampling>,
-}
-
-/// Name, comment and value of each keyword that is a number; the one list both ways use.
-type KeywordOf<V> = [(&'static str, &'static str, V); 6];
-
-impl ExposureKeywords {
-    fn named(&mut self) -> KeywordOf<&mut Option<f64>> {
-        [
-            ("EXPTIME", "s, exposure time", &mut self.exposure_time_s),
-            ("BKGRMS", "electron/s, background rms", &mut self.background_rms_e_per_s),
-            ("PSFFWHM", "arcsec, FWHM of the Gaussian PSF", &mut self.psf_fwhm_arcsec),
-            ("PSFTRUNC", "sigma, truncation of the PSF", &mut self.psf_truncation_sigma),
-            ("ZLENS", "redshift of the main lens", &mut self.z_lens),
-            ("ZSOURCE", "redshift of the source", &mut self.z_source),
-        ]
-    }
-}
+use crate::imaging::{Instrument, PixelSampling, Psf, SkyGrid};
 
 /// A PSF kernel on the pixels of the image, row-major (y, x).
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +43,41 @@ pub struct ImageFile {
 }
 
 impl ImageFile {
+    /// Pixels of a simulated exposure as the fitter reads them: with exposure time, background, PSF and redshifts.
+    pub fn simulated(
+        pixels_e_s: &[f64],
+        grid: &SkyGrid,
+        instrument: &Instrument,
+        psf: &Psf,
+        sampling: PixelSampling,
+        [z_lens, z_source]: [f64; 2],
+    ) -> Self {
+        let n = grid.pixels();
+        let gaussian = matches!(psf, Psf::Gaussian(_));
+        Self {
+            data: pixels_e_s.to_vec(),
+            nx: n,
+            ny: n,
+            pixel_scale_arcsec: grid.pixel_scale_arcsec(),
+            keywords: ExposureKeywords {
+                exposure_time_s: Some(instrument.exposure_s),
+                background_rms_e_per_s: Some(instrument.background_rms_e_s()),
+                psf_fwhm_arcsec: gaussian.then_some(instrument.psf_fwhm_arcsec),
+                psf_truncation_sigma: gaussian.then_some(instrument.psf_truncation_sigma),
+                z_lens: Some(z_lens),
+                z_source: Some(z_source),
+                pixel_sampling: Some(sampling),
+            },
+            psf: match psf {
+                Psf::Kernel { width, weights } => {
+                    Some(PsfKernel { data: weights.clone(), nx: *width, ny: *width })
+                }
+                _ => None,
+            },
+            mask: None,
+        }
+    }
+
     /// Reads an image: the primary one or, where that is empty, the first image extension that is
     /// neither PSF nor MASK. Integer and scaled pixels are converted.
     ///
@@ -98,11 +99,7 @@ impl ImageFile {
         let mask = mask.map(|unit| read_mask(path, unit, (nx, ny))).transpose()?;
         check_finite(path, &mut data, nx, mask.as_deref())?;
         let psf = psf.map(|unit| read_psf(path, unit)).transpose()?;
-        let mut keywords = ExposureKeywords::default();
-        for (name, _, value) in keywords.named() {
-            *value = fits::number(path, &unit.header, name)?;
-        }
-        keywords.pixel_sampling = pixel_sampling(path, &unit.header)?;
+        let keywords = ExposureKeywords::read(path, &unit.header)?;
         let pixel_scale_arcsec = scale_of(path, &unit.header)?;
         Ok(Self { data, nx, ny, pixel_scale_arcsec, keywords, psf, mask })
     }
@@ -120,16 +117,7 @@ impl ImageFile {
             header.set("EXTEND", HeaderValue::Logical(true), Some("PSF or MASK follows"));
         }
         fits::push_text(header, "BUNIT", "electron/s", "per pixel");
-        let mut keywords = self.keywords;
-        for (name, comment, value) in keywords.named() {
-            if let Some(value) = *value {
-                require(true, name, value, "a finite number")?;
-                fits::push_f64(header, name, value, comment);
-            }
-        }
-        if let Some(sampling) = keywords.pixel_sampling {
-            fits::push_text(header, SAMPLING, sampling.name(), "how pixels were integrated");
-        }
+        self.keywords.push(header)?;
         push_wcs(header, self.nx, self.ny, self.pixel_scale_arcsec);
         fits::push_provenance(header, provenance);
         let mut units = vec![primary];
@@ -144,19 +132,6 @@ impl ImageFile {
         }
         write_atomically(path, |temporary| fits::write(temporary, units))
     }
-}
-
-const SAMPLING: &str = "PIXSAMP";
-
-fn pixel_sampling(path: &Path, header: &Header) -> Result<Option<PixelSampling>> {
-    if header.find(SAMPLING).is_none() {
-        return Ok(None);
-    }
-    let given = header.get_string(SAMPLING).unwrap_or("not text");
-    let all = [PixelSampling::Point, PixelSampling::Adaptive];
-    let found = all.into_iter().find(|sampling| sampling.name() == given.trim());
-    let fault = || Error::format(path, format!("{SAMPLING} is '{given}', but must be 'point' or 'adaptive'"));
-    found.map(Some).ok_or_else(fault)
 }
 
 fn image(nx: usize, ny: usize, pixels: PixelData) -> ImageData {

@@ -2,6 +2,7 @@
 
 mod atomic_file;
 mod checkpoint_file;
+mod exposure_keywords;
 mod fits_file;
 mod halo_table;
 mod hdf5_objects;
@@ -26,8 +27,9 @@ mod table_hdf5;
 
 pub use atomic_file::{check_writable, write_atomically};
 pub use checkpoint_file::{read_checkpoint, write_checkpoint};
+pub use exposure_keywords::ExposureKeywords;
 pub use halo_table::{halo_table, read_haloes, write_haloes};
-pub use image_fits::{ExposureKeywords, ImageFile, PsfKernel};
+pub use image_fits::{ImageFile, PsfKernel};
 pub use image_table::{curve_table, image_table, kind_name};
 pub use lens_model::{LensModelFile, LensOfFile, read_lens_model};
 pub use mock_table::{CATALOGUE_GROUP, TrueShear, catalogue_table, read_truth_table, truth_table};

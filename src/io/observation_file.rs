@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::image_fits::{ExposureKeywords, ImageFile};
+use super::exposure_keywords::ExposureKeywords;
+use super::image_fits::ImageFile;
 use crate::error::{Error, Result, require};
 use crate::imaging::{Psf, SkyGrid};
 use crate::inference::Observation;

@@ -3,8 +3,8 @@
 use super::figures::draw_figures;
 use crate::config::Config;
 use crate::error::{Error, Result};
-use crate::imaging::{Exposure, Psf};
-use crate::io::{ExposureKeywords, ImageFile, Provenance, PsfKernel, Staging, write_simulation};
+use crate::imaging::{Psf, SkyGrid};
+use crate::io::{ImageFile, Provenance, Staging, write_simulation};
 use crate::pipeline::{Simulation, Summary};
 
 /// Name of the HDF5 file of a run.
@@ -27,7 +27,7 @@ pub fn write_run(run: &Simulation, psf: &Psf, staging: &Staging, provenance: &Pr
         for (suffix, pixels) in
             [("", &view.exposure.noisy_e_s), ("_noise_free", &view.exposure.noise_free_e_s)]
         {
-            let image = image_file(&run.config, psf, &view.exposure, pixels);
+            let image = image_file(&run.config, psf, &view.exposure.grid, pixels);
             staging.write(format!("image_{name}{suffix}.fits"), |path| image.write(path, provenance))?;
         }
     }
@@ -36,31 +36,9 @@ pub fn write_run(run: &Simulation, psf: &Psf, staging: &Staging, provenance: &Pr
     })
 }
 
-/// An exposure as the fitter reads it: flux per pixel with WCS, exposure time, background and PSF.
-pub fn image_file(config: &Config, psf: &Psf, exposure: &Exposure, pixels_e_s: &[f64]) -> ImageFile {
-    let instrument = &config.instrument;
-    let n = exposure.grid.pixels();
-    let gaussian = matches!(psf, Psf::Gaussian(_));
-    ImageFile {
-        data: pixels_e_s.to_vec(),
-        nx: n,
-        ny: n,
-        pixel_scale_arcsec: exposure.grid.pixel_scale_arcsec(),
-        keywords: ExposureKeywords {
-            exposure_time_s: Some(instrument.exposure_s),
-            background_rms_e_per_s: Some(instrument.background_rms_e_s()),
-            psf_fwhm_arcsec: gaussian.then_some(instrument.psf_fwhm_arcsec),
-            psf_truncation_sigma: gaussian.then_some(instrument.psf_truncation_sigma),
-            z_lens: Some(config.line_of_sight.z_lens),
-            z_source: Some(config.line_of_sight.z_source),
-            pixel_sampling: Some(config.image.pixel_sampling),
-        },
-        psf: match psf {
-            Psf::Kernel { width, weights } => {
-                Some(PsfKernel { data: weights.clone(), nx: *width, ny: *width })
-            }
-            _ => None,
-        },
-        mask: None,
-    }
+/// An exposure of `config` as the fitter reads it.
+pub fn image_file(config: &Config, psf: &Psf, grid: &SkyGrid, pixels_e_s: &[f64]) -> ImageFile {
+    let (los, sampling) = (&config.line_of_sight, config.image.pixel_sampling);
+    let redshifts = [los.z_lens, los.z_source];
+    ImageFile::simulated(pixels_e_s, grid, &config.instrument, psf, sampling, redshifts)
 }

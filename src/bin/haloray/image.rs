@@ -62,8 +62,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     bars.end();
 
     let exposure = &view.exposure;
-    let fits =
-        |pixels: &[f64], path: &Path| image_file(&config, &psf, exposure, pixels).write(path, &provenance);
+    let fits = |pixels: &[f64], path: &Path| {
+        image_file(&config, &psf, &exposure.grid, pixels).write(path, &provenance)
+    };
     let files = match output {
         Output::File(file) => {
             let pixels = if args.noise_free { &exposure.noise_free_e_s } else { &exposure.noisy_e_s };

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use haloray::Result;
 use haloray::imaging::{Instrument, PixelSampling, Psf};
-use haloray::io::{
-    CATALOGUE_GROUP, ExposureKeywords, ImageFile, Provenance, Staging, catalogue_table, truth_table,
-};
+use haloray::io::{CATALOGUE_GROUP, ImageFile, Provenance, Staging, catalogue_table, truth_table};
 use haloray::mock::{MockImage, MockSystem, Protocol};
 use haloray::pipeline::Progress;
 use haloray::plot::figures::{GridData, MosaicImage, mosaic};
@@ -115,24 +113,15 @@ fn write_images(
     let digits = systems.len().to_string().len().max(2);
     let names: Vec<String> = (0..systems.len()).map(|i| format!("images/{i:0digits$}.fits")).collect();
     for ((system, image), name) in systems.iter().zip(&images).zip(&names) {
-        let n = image.exposure.grid.pixels();
-        let file = ImageFile {
-            data: image.exposure.noisy_e_s.clone(),
-            nx: n,
-            ny: n,
-            pixel_scale_arcsec: instrument.pixel_scale_arcsec,
-            keywords: ExposureKeywords {
-                exposure_time_s: Some(instrument.exposure_s),
-                background_rms_e_per_s: Some(instrument.background_rms_e_s()),
-                psf_fwhm_arcsec: Some(instrument.psf_fwhm_arcsec),
-                psf_truncation_sigma: Some(instrument.psf_truncation_sigma),
-                z_lens: Some(system.z_lens),
-                z_source: Some(system.z_source),
-                pixel_sampling: Some(args.pixel_sampling.into()),
-            },
-            psf: None,
-            mask: None,
-        };
+        let exposure = &image.exposure;
+        let file = ImageFile::simulated(
+            &exposure.noisy_e_s,
+            &exposure.grid,
+            instrument,
+            &psf,
+            args.pixel_sampling.into(),
+            [system.z_lens, system.z_source],
+        );
         staging.write(name, |path| file.write(path, provenance))?;
     }
     bars.end();
