@@ -10,7 +10,7 @@
 use haloray::imaging::{Instrument, PixelSampling, Psf};
 use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
-use haloray::inference::{ImageLikelihood, Observation, Start, climb_from};
+use haloray::inference::{ImageLikelihood, Maximum, Observation, climb_from};
 use haloray::mock::{MockImage, MockSystem, PerturberRule, Protocol, SourceRule};
 use haloray::{Error, Result};
 use rayon::prelude::*;
@@ -95,7 +95,7 @@ fn climb(
     camera: &Instrument,
     model: &CompiledModel,
     latent: Vec<f64>,
-) -> Result<([(f64, f64); 2], Start)> {
+) -> Result<([(f64, f64); 2], Maximum)> {
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
     let exposure = MockImage::expose(system, camera, &psf, PixelSampling::Point, SEED)?.exposure;
     let likelihood = ImageLikelihood {

@@ -7,7 +7,7 @@ use super::latent::{Curvature, LatentLikelihood};
 
 /// A maximum of the posterior.
 #[derive(Debug, Clone)]
-pub struct Start {
+pub struct Maximum {
     /// Latent coordinates.
     pub latent: Vec<f64>,
     /// ln L − ½|z|² there.
@@ -19,7 +19,7 @@ pub struct Start {
 }
 
 /// Levenberg–Marquardt to its end, and along the valley to the maximum; `None` where `latent` has no likelihood.
-pub(super) fn to_the_top(likelihood: &dyn LatentLikelihood, latent: Vec<f64>) -> Option<Start> {
+pub(super) fn to_the_top(likelihood: &dyn LatentLikelihood, latent: Vec<f64>) -> Option<Maximum> {
     const ITERATIONS: usize = 80;
     Some(follow_valley(likelihood, climb(likelihood, latent, &[], ITERATIONS)?))
 }
@@ -31,7 +31,7 @@ pub(super) fn climb(
     mut latent: Vec<f64>,
     held: &[bool],
     iterations: usize,
-) -> Option<Start> {
+) -> Option<Maximum> {
     /// A latent coordinate moves by no more than this at once.
     const LONGEST: f64 = 0.5;
     /// Gain of ln p below which the climb ends, and the damping above which no step helps.
@@ -61,7 +61,7 @@ pub(super) fn climb(
             _ => damping *= 8.0,
         }
     }
-    Some(Start { latent, log_posterior: here.log_posterior, metric: here.metric, evaluations })
+    Some(Maximum { latent, log_posterior: here.log_posterior, metric: here.metric, evaluations })
 }
 
 fn damped_step(here: &Curvature, held: &[bool], damping: f64) -> Option<DVector<f64>> {
@@ -80,7 +80,7 @@ fn damped_step(here: &Curvature, held: &[bool], damping: f64) -> Option<DVector<
 }
 
 /// Newton steps along the floor of the valley in which a start lies, which bends too much for Levenberg–Marquardt.
-fn follow_valley(likelihood: &dyn LatentLikelihood, mut start: Start) -> Start {
+fn follow_valley(likelihood: &dyn LatentLikelihood, mut start: Maximum) -> Maximum {
     /// Directions measured worse than this, in units of their priors' widths, lead along the valley.
     const SLOW_WIDTH: f64 = 0.03;
     const MOST_STEPS: usize = 100;
@@ -96,7 +96,7 @@ fn follow_valley(likelihood: &dyn LatentLikelihood, mut start: Start) -> Start {
         start.evaluations += 1;
         let gain = there.log_posterior - start.log_posterior;
         if gain > 0.0 {
-            start = Start { latent, log_posterior: there.log_posterior, metric: there.metric, ..start };
+            start = Maximum { latent, log_posterior: there.log_posterior, metric: there.metric, ..start };
         }
         if gain < SMALLEST_GAIN {
             break;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::climb::Start;
+use super::climb::{Maximum, to_the_top};
 use super::convergence::Convergence;
 use super::draws::DrawStatistics;
 use super::image_likelihood::{ImageLikelihood, ModelImage};
@@ -54,7 +54,7 @@ pub struct ParameterSummary {
     pub median: f64,
     /// Standard deviation of the draws.
     pub standard_deviation: f64,
-    /// Value at the highest posterior density that was met.
+    /// Value at the highest maximum of the posterior that was met.
     pub best_fit: f64,
     /// Lower end of the shortest interval with 68% of the draws.
     pub hpd68_low: f64,
@@ -77,8 +77,8 @@ pub struct Fit {
     pub likelihood: ImageLikelihood,
     /// Settings.
     pub settings: FitSettings,
-    /// The maximum the samplers started from.
-    pub start: Start,
+    /// The highest maximum: above the best draw, or the one the samplers started from.
+    pub maximum: Maximum,
     /// The draws, in latent coordinates.
     pub chains: Chains,
     /// How the sampling ended.
@@ -130,14 +130,16 @@ impl Fit {
     fn summarise(
         likelihood: ImageLikelihood,
         settings: FitSettings,
-        start: Start,
+        start: Maximum,
         run: SamplerRun,
         progress: Progress,
     ) -> Result<Self> {
         let chains = run.chains().clone();
-        let best = best_latent(&chains, &start);
-        let best_values = quantities(&likelihood.model, &best);
-        let best_fit = likelihood.model.at_latent(&best).0;
+        let drawn = best_draw(&chains).and_then(|latent| to_the_top(&likelihood, latent.to_vec()));
+        let climbed = start.evaluations + drawn.as_ref().map_or(0, |top| top.evaluations);
+        let maximum = drawn.filter(|top| top.log_posterior > start.log_posterior).unwrap_or(start);
+        let best_values = quantities(&likelihood.model, &maximum.latent);
+        let best_fit = likelihood.model.at_latent(&maximum.latent).0;
         let draws: Vec<Vec<f64>> = chains
             .chains
             .iter()
@@ -155,12 +157,12 @@ impl Fit {
         let image = likelihood.image(&best_fit).ok_or_else(|| {
             Error::out_of_range("the best fit", "without an image", "a model that can be evaluated")
         })?;
-        let evaluations = run.evaluations() + start.evaluations;
+        let evaluations = run.evaluations() + climbed;
         let evidence = run.evidence();
         Ok(Self {
             likelihood,
             settings,
-            start,
+            maximum,
             chains,
             progress,
             evidence,
@@ -188,7 +190,7 @@ impl Fit {
     }
 }
 
-fn refine_mesh(likelihood: &mut ImageLikelihood, start: &mut Start, seed: u64) -> Result<()> {
+fn refine_mesh(likelihood: &mut ImageLikelihood, start: &mut Maximum, seed: u64) -> Result<()> {
     /// The maximum moves when the mesh does; twice is enough for it to settle.
     const ROUNDS: usize = 2;
     for _ in 0..ROUNDS {
@@ -218,17 +220,13 @@ fn quantity_names(model: &CompiledModel) -> Vec<(String, Option<[f64; 2]>)> {
     names
 }
 
-/// The draw of highest posterior density, or the start if that is higher.
-fn best_latent(chains: &Chains, start: &Start) -> Vec<f64> {
-    let mut best = (start.log_posterior, start.latent.as_slice());
-    for chain in &chains.chains {
-        for (z, density) in chain.z.chunks_exact(chains.dimension).zip(chain.log_density(chains.dimension)) {
-            if density > best.0 {
-                best = (density, z);
-            }
-        }
-    }
-    best.1.to_vec()
+/// The draw of highest posterior density.
+fn best_draw(chains: &Chains) -> Option<&[f64]> {
+    let draws = chains
+        .chains
+        .iter()
+        .flat_map(|chain| chain.z.chunks_exact(chains.dimension).zip(chain.log_density(chains.dimension)));
+    draws.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(z, _)| z)
 }
 
 fn summary_of(

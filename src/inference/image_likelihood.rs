@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, Dyn};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::climb::Start;
+use super::climb::Maximum;
 use super::latent::{Curvature, LatentLikelihood};
 use super::likelihood::{By, ImageFit, LikelihoodKind, combine, informations};
 use super::model::{CompiledModel, Evaluation, Mesh};
@@ -103,7 +103,7 @@ impl ImageLikelihood {
     ///
     /// # Errors
     /// A metric that is not positive definite.
-    pub(super) fn adaptive_mesh(&self, start: &Start, seed: u64) -> Result<Mesh> {
+    pub(super) fn adaptive_mesh(&self, start: &Maximum, seed: u64) -> Result<Mesh> {
         const TOLERANCE_OF_NOISE: f64 = 0.01;
         const MODELS: usize = 4;
         let indefinite =

@@ -20,7 +20,7 @@ mod prior;
 pub mod sampler;
 mod start;
 
-pub use climb::Start;
+pub use climb::Maximum;
 pub use draws::{DrawStatistics, HPD_FRACTION};
 pub use fit::{Fit, FitSettings, ParameterSummary, Stage as FitStage};
 pub use image_likelihood::{ImageLikelihood, ModelImage};

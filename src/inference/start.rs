@@ -3,7 +3,7 @@
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::climb::{Start, climb, to_the_top};
+use super::climb::{Maximum, climb, to_the_top};
 use super::image_likelihood::ImageLikelihood;
 use super::latent::LatentLikelihood;
 use super::observation::Observation;
@@ -47,8 +47,8 @@ const LATE_SPREAD: f64 = 1.0;
 ///
 /// # Errors
 /// When the model cannot be evaluated at any guess: priors that exclude everything.
-pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
-    let mut finals: Vec<Start> = Vec::new();
+pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Maximum> {
+    let mut finals: Vec<Maximum> = Vec::new();
     let mut evaluations = 0;
     for round in 0..MOST_ROUNDS {
         finals.extend(search_round(likelihood, seed, round, &mut evaluations));
@@ -60,12 +60,12 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Start> {
         }
     }
     let best = finals.into_iter().next().ok_or_else(|| no_model(likelihood))?;
-    Ok(Start { evaluations, ..best })
+    Ok(Maximum { evaluations, ..best })
 }
 
 /// Rounds before which a maximum that was found twice is not taken: more, the more its χ² is above what noise leaves, less
 /// than three of its deviations, √(2/N) per degree of freedom, above one.
-fn fewest_rounds(likelihood: &ImageLikelihood, start: &Start) -> u64 {
+fn fewest_rounds(likelihood: &ImageLikelihood, start: &Maximum) -> u64 {
     let image = likelihood.image(&likelihood.model.at_latent(&start.latent).0);
     let of_noise = 1.0 + 3.0 * (2.0 / likelihood.degrees_of_freedom()).sqrt();
     match image.map(|image| likelihood.chi2_reduced(&image)) {
@@ -76,9 +76,9 @@ fn fewest_rounds(likelihood: &ImageLikelihood, start: &Start) -> u64 {
 }
 
 /// The finalists of one round of guesses.
-fn search_round(likelihood: &ImageLikelihood, seed: u64, round: u64, evaluations: &mut u64) -> Vec<Start> {
+fn search_round(likelihood: &ImageLikelihood, seed: u64, round: u64, evaluations: &mut u64) -> Vec<Maximum> {
     let numbers: Vec<u64> = (round * RADII * SHAPES..(round + 1) * RADII * SHAPES).collect();
-    let mut best = |climbs: Vec<Start>, most: usize| -> Vec<Start> {
+    let mut best = |climbs: Vec<Maximum>, most: usize| -> Vec<Maximum> {
         *evaluations += climbs.iter().map(|start| start.evaluations).sum::<u64>();
         let mut climbs = climbs;
         climbs.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
@@ -123,7 +123,7 @@ fn climb_in_stages(
     stages: &[ImageLikelihood],
     last: &ImageLikelihood,
     mut latent: Vec<f64>,
-) -> Option<Start> {
+) -> Option<Maximum> {
     let mut evaluations = 0;
     for stage in stages {
         let top = climb(stage, latent, &[], MIDDLE_ITERATIONS)?;
@@ -131,14 +131,14 @@ fn climb_in_stages(
         latent = top.latent;
     }
     let top = to_the_top(last, latent)?;
-    Some(Start { evaluations: top.evaluations + evaluations, ..top })
+    Some(Maximum { evaluations: top.evaluations + evaluations, ..top })
 }
 
 /// Climbs again from a known place, as after a change of the mesh.
 ///
 /// # Errors
 /// When the model cannot be evaluated there.
-pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Start> {
+pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Maximum> {
     to_the_top(likelihood, latent).ok_or_else(|| no_model(likelihood))
 }
 

@@ -111,10 +111,10 @@ impl ShearRecovery {
     }
 }
 
-/// Standard deviation of a free parameter from the metric at the start, whose latent prior is a unit matrix.
+/// Standard deviation of a free parameter from the metric at the maximum, whose latent prior is a unit matrix.
 fn fisher(fit: &Fit, name: &str) -> f64 {
     let model = &fit.likelihood.model;
     let Some(i) = model.free.iter().position(|p| p.name == name) else { return f64::NAN };
-    let slope = model.at_latent(&fit.start.latent).1[i];
-    fit.start.metric.clone().cholesky().map_or(f64::NAN, |c| c.inverse()[(i, i)].sqrt() * slope)
+    let slope = model.at_latent(&fit.maximum.latent).1[i];
+    fit.maximum.metric.clone().cholesky().map_or(f64::NAN, |c| c.inverse()[(i, i)].sqrt() * slope)
 }
