@@ -31,9 +31,12 @@ impl Across {
     }
 
     /// As many normal draws as keep the variance of their mean weight near 10%, when ln w deviates by `spread`: that of one
-    /// is exp(spread²) − 1.
-    pub fn for_spread(spread: f64) -> Self {
+    /// is exp(spread²) − 1. Tails once there stay.
+    pub fn for_spread(self, spread: f64) -> Self {
         const VARIANCE: f64 = 0.1;
+        if self.has_tails {
+            return self;
+        }
         let tries = ((spread * spread).exp_m1() / VARIANCE).ceil();
         Self::normal(tries.clamp(FEWEST_TRIES, MOST_TRIES as f64) as usize)
     }
@@ -41,12 +44,7 @@ impl Across {
     /// With tails if even the most draws are too few. At the kink of a steep source the curvature tells little of how far the
     /// density stays high, and a chain far out where no draw gets to would be held there.
     pub fn or_with_tails(self) -> Self {
-        Self { has_tails: self.has_tails || self.tries == MOST_TRIES, ..self }
-    }
-
-    /// Whether draws have tails.
-    pub fn has_tails(&self) -> bool {
-        self.has_tails
+        Self { has_tails: self.tries == MOST_TRIES, ..self }
     }
 
     /// One draw.
@@ -86,15 +84,17 @@ mod tests {
 
     #[test]
     fn more_tries_where_weights_spread() {
-        assert_eq!([0.0, 0.3, 0.6, 1.0, 3.0].map(|s| Across::for_spread(s).tries), [3, 3, 5, 16, 16]);
+        assert_eq!(
+            [0.0, 0.3, 0.6, 1.0, 3.0].map(|spread| Across::normal(8).for_spread(spread).tries),
+            [3, 3, 5, 16, 16]
+        );
     }
 
     #[test]
     fn tails_are_for_the_most_tries_and_stay() {
-        assert_eq!(
-            [0.0, 0.6, 3.0].map(|s| Across::for_spread(s).or_with_tails().has_tails()),
-            [false, false, true]
-        );
+        let after = |spread: f64| Across::normal(8).for_spread(spread).or_with_tails();
+        assert_eq!([0.0, 0.6, 3.0].map(|spread| after(spread).has_tails), [false, false, true]);
+        assert_eq!(after(3.0).for_spread(0.0).or_with_tails(), after(3.0));
     }
 
     #[test]

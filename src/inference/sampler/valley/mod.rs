@@ -27,13 +27,13 @@
 
 mod across;
 mod follow;
+mod leg;
 mod memory;
 mod place;
 mod surrogate;
 mod trajectory;
 
 use nalgebra::{DMatrix, DVector};
-use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -41,11 +41,12 @@ use serde::{Deserialize, Serialize};
 
 use self::across::Across;
 use self::follow::{followed, widest};
+use self::leg::Leg;
 use self::memory::Memory;
 use self::place::Place;
 use self::surrogate::{Known, Surrogate};
-use self::trajectory::{Pace, transition};
-use super::chains::{Chain, Chains};
+use self::trajectory::Pace;
+use super::chains::Chains;
 use super::target::Problem;
 use crate::error::{Error, Result, require};
 use crate::inference::bits;
@@ -61,8 +62,6 @@ const FEWER_ROUNDS: (u64, f64) = (5, 0.5);
 const TRUSTED_ROUNDS: (u64, f64) = (4, 0.9);
 /// Curvatures after which the search for a floor is given up.
 const MOST_CURVATURES: u64 = 30;
-/// Steps of t after each proposal.
-const STEPS_ACROSS: u64 = 3;
 
 /// Settings of the valley sampler.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -123,19 +122,6 @@ pub(super) struct ValleyState {
     #[serde(with = "bits::number")]
     top: f64,
     pub evaluations: u64,
-}
-
-/// What one chain brings back from a block.
-struct Leg {
-    place: Place,
-    chain: Chain,
-    known: Vec<Known>,
-    /// Which of those the place stands on, `None` of that on which it began; and the same of every draw.
-    standing: Option<usize>,
-    visited: Vec<Option<usize>>,
-    /// Deviation of ln w at each floor.
-    spreads: Vec<f64>,
-    evaluations: u64,
 }
 
 impl ValleyState {
@@ -256,53 +242,6 @@ impl ValleyState {
         Some(Self { began: block, evaluations, ..begun })
     }
 
-    fn leg(&self, likelihood: &dyn LatentLikelihood, place: Place, draws: usize, mut rng: ChaCha8Rng) -> Leg {
-        let mut leg = Leg {
-            place,
-            chain: Chain::default(),
-            known: vec![],
-            standing: None,
-            visited: vec![],
-            spreads: vec![],
-            evaluations: 0,
-        };
-        for _ in 0..draws {
-            self.propose(likelihood, &mut leg, &mut rng);
-            for _ in 0..STEPS_ACROSS {
-                leg.place.step(likelihood, &self.axes, &mut rng);
-            }
-            leg.evaluations += STEPS_ACROSS;
-            leg.chain.push(leg.place.z.as_slice(), leg.place.log_likelihood);
-            leg.visited.push(leg.standing);
-        }
-        leg
-    }
-
-    /// One proposal, accepted or not.
-    fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
-        let start = self.surrogate.x(&leg.place.s);
-        let (x, surrogate_gain) = transition(&self.surrogate, self.memory.as_ref(), self.pace, &start, rng);
-        if x == start {
-            return;
-        }
-        let s = self.surrogate.s(&x);
-        let guess = self.surrogate.stiff(&x);
-        let floor = self.axes.floor(likelihood, &s, guess, MOST_CURVATURES, &mut leg.evaluations);
-        let Some(floor) = floor else { return };
-        leg.known.push(Known::new(s.clone(), &floor));
-        let gain = floor.log_marginal() - leg.place.log_marginal;
-        if rng.random::<f64>().ln() >= gain - surrogate_gain {
-            return;
-        }
-        let (place, spread) = Place::draw(likelihood, &self.axes, s, &floor, self.across, rng);
-        leg.evaluations += self.across.tries as u64;
-        leg.spreads.push(spread);
-        if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
-            leg.place = place;
-            leg.standing = Some(leg.known.len() - 1);
-        }
-    }
-
     /// Makes surrogate and memory again with the new floors, and takes as many draws across the valley as half of the places
     /// need.
     fn learn(&mut self, legs: &[Leg]) {
@@ -316,8 +255,8 @@ impl ValleyState {
             self.spreads.extend_from_slice(&leg.spreads);
         }
         let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
-        if let Some(spread) = median(recent).filter(|_| !self.across.has_tails()) {
-            self.across = Across::for_spread(spread);
+        if let Some(spread) = median(recent) {
+            self.across = self.across.for_spread(spread);
         }
         // The later half of the draws tells the shape, once they are many.
         let later: Vec<_> = visited[visited.len() / 2..].iter().map(|floor| &known[*floor]).collect();

@@ -1,0 +1,83 @@
+//! One chain's way in a block: proposals along the valley, each followed by steps across it.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::place::Place;
+use super::surrogate::Known;
+use super::trajectory::transition;
+use super::{MOST_CURVATURES, ValleyState};
+use crate::inference::LatentLikelihood;
+use crate::inference::sampler::chains::Chain;
+
+/// Steps of t after each proposal.
+const STEPS_ACROSS: u64 = 3;
+
+/// What one chain brings back from a block.
+pub(super) struct Leg {
+    pub place: Place,
+    pub chain: Chain,
+    pub known: Vec<Known>,
+    /// Which of those the place stands on, `None` of that on which it began; and the same of every draw.
+    pub standing: Option<usize>,
+    pub visited: Vec<Option<usize>>,
+    /// Deviation of ln w at each floor.
+    pub spreads: Vec<f64>,
+    pub evaluations: u64,
+}
+
+impl ValleyState {
+    /// A chain's `draws` from a place on.
+    pub(super) fn leg(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        place: Place,
+        draws: usize,
+        mut rng: ChaCha8Rng,
+    ) -> Leg {
+        let mut leg = Leg {
+            place,
+            chain: Chain::default(),
+            known: vec![],
+            standing: None,
+            visited: vec![],
+            spreads: vec![],
+            evaluations: 0,
+        };
+        for _ in 0..draws {
+            self.propose(likelihood, &mut leg, &mut rng);
+            for _ in 0..STEPS_ACROSS {
+                leg.place.step(likelihood, &self.axes, &mut rng);
+            }
+            leg.evaluations += STEPS_ACROSS;
+            leg.chain.push(leg.place.z.as_slice(), leg.place.log_likelihood);
+            leg.visited.push(leg.standing);
+        }
+        leg
+    }
+
+    /// One proposal, accepted or not.
+    fn propose(&self, likelihood: &dyn LatentLikelihood, leg: &mut Leg, rng: &mut ChaCha8Rng) {
+        let start = self.surrogate.x(&leg.place.s);
+        let (x, surrogate_gain) = transition(&self.surrogate, self.memory.as_ref(), self.pace, &start, rng);
+        if x == start {
+            return;
+        }
+        let s = self.surrogate.s(&x);
+        let guess = self.surrogate.stiff(&x);
+        let floor = self.axes.floor(likelihood, &s, guess, MOST_CURVATURES, &mut leg.evaluations);
+        let Some(floor) = floor else { return };
+        leg.known.push(Known::new(s.clone(), &floor));
+        let gain = floor.log_marginal() - leg.place.log_marginal;
+        if rng.random::<f64>().ln() >= gain - surrogate_gain {
+            return;
+        }
+        let (place, spread) = Place::draw(likelihood, &self.axes, s, &floor, self.across, rng);
+        leg.evaluations += self.across.tries as u64;
+        leg.spreads.push(spread);
+        if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
+            leg.place = place;
+            leg.standing = Some(leg.known.len() - 1);
+        }
+    }
+}
