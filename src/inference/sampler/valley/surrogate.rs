@@ -166,15 +166,7 @@ impl Surrogate {
         const TINY: f64 = 1e-6;
         /// R of the farthest floor's distance, where no other floor is known.
         const BEYOND: f64 = 2.0;
-        let mut nearest: Vec<(usize, f64)> = Vec::with_capacity(MOST + 2);
-        let mut farthest = f64::INFINITY;
-        for (i, squared) in squared_distances(self.anchors.as_slice(), y.as_slice()).into_iter().enumerate() {
-            if squared < farthest {
-                nearest.insert(nearest.partition_point(|(_, nearer)| *nearer <= squared), (i, squared));
-                nearest.truncate(MOST + 1);
-                farthest = nearest.get(MOST).map_or(f64::INFINITY, |last| last.1);
-            }
-        }
+        let nearest = nearest(self.anchors.as_slice(), y.as_slice(), MOST + 1);
         let beyond = if nearest.len() > MOST { 1.0 } else { BEYOND };
         let near = |(floor, squared): (usize, f64)| (floor, squared.sqrt().max(TINY));
         let (farthest, distance) = near(*nearest.last().expect("a floor is known"));
@@ -236,18 +228,37 @@ fn plane(weights: &[f64], x: &DMatrix<f64>, values: &DVector<f64>) -> Option<DVe
     Some(matrix.cholesky()?.solve(&vector))
 }
 
-/// Squared distances of points from x; `points` holds all first coordinates, then all second ones, and so on.
+/// The `count` points nearest to x and their squared distances, the nearest first; `points` holds all first coordinates, then
+/// all second ones, and so on.
 #[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn squared_distances(points: &[f64], x: &[f64]) -> Vec<f64> {
+fn nearest(points: &[f64], x: &[f64], count: usize) -> Vec<(usize, f64)> {
+    /// Distances taken at once; mostly none of so many is small enough.
+    const TOGETHER: usize = 64;
     let n = points.len() / x.len();
-    let mut squared = vec![0.0; n];
-    for (coordinates, x) in points.chunks_exact(n).zip(x) {
-        for (squared, coordinate) in squared.iter_mut().zip(coordinates) {
-            *squared += (coordinate - x) * (coordinate - x);
+    let mut nearest: Vec<(usize, f64)> = Vec::with_capacity(count + 1);
+    let mut farthest = f64::INFINITY;
+    for start in (0..n).step_by(TOGETHER) {
+        let end = (start + TOGETHER).min(n);
+        let mut squared = [0.0; TOGETHER];
+        let squared = &mut squared[..end - start];
+        for (coordinates, x) in points.chunks_exact(n).zip(x) {
+            for (squared, coordinate) in squared.iter_mut().zip(&coordinates[start..end]) {
+                *squared += (coordinate - x) * (coordinate - x);
+            }
+        }
+        if !squared.iter().fold(false, |any, squared| any | (*squared < farthest)) {
+            continue;
+        }
+        for (i, squared) in (start..).zip(squared.iter().copied()) {
+            if squared < farthest {
+                nearest.insert(nearest.partition_point(|(_, nearer)| *nearer <= squared), (i, squared));
+                nearest.truncate(count);
+                farthest = nearest.get(count - 1).map_or(f64::INFINITY, |last| last.1);
+            }
         }
     }
-    squared
+    nearest
 }
 
 #[cfg(test)]
@@ -318,6 +329,17 @@ mod tests {
             let difference = (at(x + STEP, y).0 - at(x - STEP, y).0) / (2.0 * STEP);
             assert!((slope[0] - difference).abs() < 1e-5 * slope.norm(), "{} {difference}", slope[0]);
         }
+    }
+
+    #[test]
+    fn the_nearest_are_those_that_sorting_finds() {
+        let (n, x) = (1000, [0.3, -0.2, 0.1]);
+        let points: Vec<f64> = (0..3 * n).map(|i| (0.7 * f64::from(i)).sin()).collect();
+        let squared = |i: usize| (0..3).map(|c| (points[c * 1000 + i] - x[c]).powi(2)).sum::<f64>();
+        let mut sorted: Vec<(usize, f64)> = (0..1000).map(|i| (i, squared(i))).collect();
+        sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+        assert_eq!(nearest(&points, &x, 17), sorted[..17]);
+        assert_eq!(nearest(&points[..9], &x, 17).len(), 3);
     }
 
     #[test]
