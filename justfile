@@ -89,3 +89,10 @@ bench-fit: oracle-setup
     bench=$(cargo bench --bench fit --no-run 2>&1 | sed -n 's/.*(\(.*fit-[0-9a-f]*\))/\1/p') && \
     .venv/bin/python data/oracle/bench_fit.py --binary target/release/haloray --bench "$bench" \
         --samplers valley,nuts --min-ess 1500 --summary docs/FIT_SPEED.md
+
+# all our samplers beside nested sampling (nautilus) of lenstronomy's likelihood, an hour; writes docs/FIT_NESTED.md
+bench-nested: oracle-setup
+    .venv/bin/pip install --quiet emcee==3.1.6 nautilus-sampler==1.0.6
+    cargo build --release
+    .venv/bin/python data/oracle/nested_lenstronomy.py --binary target/release/haloray --live 1000 --effective 10000 \
+        --summary docs/FIT_NESTED.md
