@@ -4,6 +4,10 @@
 //! With z = o + S s + T t, S the directions the data hardly measure and T those they measure well (orthonormal, from the
 //! Fisher matrix at o), the floor t̂(s) = argmax_t ln p(s, t) bends by many widths of t where s moves by one of its own.
 //! It is found by Gauss–Newton, whose last step also gives the normal distribution of t about it.
+//!
+//! ln p may have a kink, as where a pixel's ray meets the edge within which a Sérsic source is flat, and its top may lie on that
+//! edge. No step along the gradient then goes up, however short, but the gradients on both sides tell where the
+//! edge is and what happens along it (as in bundle methods; Lemaréchal & Mifflin 1978, Nonsmooth Optimization).
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -94,7 +98,7 @@ impl Axes {
     }
 
     /// The floor at s, sought from `guess`; `None` where it is not reached with `most` curvatures, which
-    /// `evaluations` counts, or where a kink of the likelihood holds the search up.
+    /// `evaluations` counts.
     pub fn floor(
         &self,
         likelihood: &dyn LatentLikelihood,
@@ -107,26 +111,49 @@ impl Axes {
         /// of third order in it.
         const NEAR: f64 = 0.5;
         const LEAST_DAMPING: f64 = 1e-2;
-        /// At a kink, such as a sample on the cusp of a steep source, no step along the gradient goes up, however short.
+        /// Steps so damped that lead down have met a kink.
+        const KINK_DAMPING: f64 = 10.0;
         const MOST_DAMPING: f64 = 1e4;
         *evaluations += 1;
         let mut here = self.expand(likelihood, s, guess)?;
+        // The nearest point met on the other side of a kink.
+        let mut across: Option<Expansion> = None;
         let (mut damping, mut left) = (0.0, most);
         loop {
-            let newton = here.step(0.0)?;
-            if here.distance(&newton) < NEAR {
-                return here.floor(&newton);
+            let ridge = across.as_ref().and_then(|across| here.ridge(across));
+            across = across.filter(|_| ridge.is_some());
+            let model = ridge.as_ref().unwrap_or(&here);
+            let newton = model.step(0.0)?;
+            if model.distance(&newton) < NEAR {
+                return model.floor(&newton);
             }
             left = left.checked_sub(1)?;
             *evaluations += 1;
-            let step = if damping == 0.0 { newton } else { here.step(damping)? };
-            match self.expand(likelihood, s, &here.t + step) {
+            let step = if damping == 0.0 { newton } else { model.step(damping)? };
+            let harder = f64::max(10.0 * damping, LEAST_DAMPING);
+            let easier = if damping > LEAST_DAMPING { 0.1 * damping } else { 0.0 };
+            let there = self.expand(likelihood, s, &here.t + step);
+            let is_across = match (&there, &across) {
+                (Some(there), Some(across)) => here.is_crossed(there, across)?,
+                _ => false,
+            };
+            match there {
                 Some(there) if there.log_density > here.log_density => {
-                    here = there;
-                    damping = if damping > LEAST_DAMPING { 0.1 * damping } else { 0.0 };
+                    let before = std::mem::replace(&mut here, there);
+                    across = if is_across { Some(before) } else { across };
+                    damping = easier;
+                }
+                Some(there) if is_across => {
+                    let is_nearer = across.is_none_or(|across| there.log_density > across.log_density);
+                    damping = if is_nearer { damping } else { harder };
+                    across = Some(there);
+                }
+                Some(there) if across.is_none() && damping >= KINK_DAMPING => {
+                    across = Some(there);
+                    damping = 0.0;
                 }
                 _ if damping >= MOST_DAMPING => return None,
-                _ => damping = f64::max(10.0 * damping, LEAST_DAMPING),
+                _ => damping = harder,
             }
         }
     }
@@ -153,6 +180,7 @@ impl Axes {
 }
 
 /// ln p to second order about one point.
+#[derive(Debug, Clone)]
 struct Expansion {
     t: DVector<f64>,
     log_density: f64,
@@ -176,15 +204,68 @@ impl Expansion {
         (&self.stiff * step).dot(step).sqrt()
     }
 
+    /// Another expansion about this one's point, with this one's curvature.
+    fn brought_here(&self, other: &Self) -> Self {
+        let from = &other.t - &self.t;
+        let by_t = &other.by_t + &self.stiff * &from;
+        Self {
+            log_density: other.log_density - 0.5 * (&other.by_t + &by_t).dot(&from),
+            by_s: &other.by_s + self.mixed.tr_mul(&from),
+            by_t,
+            ..self.clone()
+        }
+    }
+
+    /// Whether the gradient there is that on the other side of a kink rather than that on this one's.
+    fn is_crossed(&self, there: &Self, across: &Self) -> Option<bool> {
+        let precision = self.stiff.clone().cholesky()?;
+        let there = self.brought_here(there);
+        let difference = |side: &DVector<f64>| {
+            let off = &there.by_t - side;
+            precision.solve(&off).dot(&off)
+        };
+        Some(difference(&self.brought_here(across).by_t) < difference(&self.by_t))
+    }
+
+    /// ln p about the top of the kink between here and a point across it; `None` if the top is elsewhere.
+    ///
+    /// With g and g′ the gradients on both sides, brought here, the top of the lower of the two expansions lies at
+    /// p = H⁻¹[g′ + α(g − g′)], where both are equal. Across the kink ln p falls on either side with the slopes 1/a and 1/b, 1/a +
+    /// 1/b = |g − g′|: an exponential of deviation √2 a if a = b, for which a normal with the precision (g − g′)(g − g′)ᵀ/8 stands.
+    fn ridge(&self, across: &Self) -> Option<Self> {
+        let other = self.brought_here(across);
+        let (jump_s, jump) = (&self.by_s - &other.by_s, &self.by_t - &other.by_t);
+        let precision = self.stiff.clone().cholesky()?;
+        let solved = precision.solve(&jump);
+        let share = -(self.log_density - other.log_density + solved.dot(&other.by_t)) / solved.dot(&jump);
+        if share.is_nan() || share >= 1.0 {
+            return None;
+        }
+        let share = share.max(0.0);
+        let top = precision.solve(&(other.by_t + &jump * share));
+        let stiff = &self.stiff + &jump * jump.transpose() / 8.0;
+        let by_t = &stiff * &top;
+        let height = self.by_t.dot(&top) - 0.5 * (&self.stiff * &top).dot(&top);
+        Some(Self {
+            t: self.t.clone(),
+            log_density: self.log_density + height - 0.5 * by_t.dot(&top),
+            by_s: other.by_s + &jump_s * (share + jump.dot(&top) / 8.0),
+            by_t,
+            slow: &self.slow + &jump_s * jump_s.transpose() / 8.0,
+            mixed: &self.mixed + &jump * jump_s.transpose() / 8.0,
+            stiff,
+        })
+    }
+
     /// The floor one Newton step away.
-    fn floor(self, newton: &DVector<f64>) -> Option<Floor> {
-        let precision = self.stiff.cholesky()?;
+    fn floor(&self, newton: &DVector<f64>) -> Option<Floor> {
+        let precision = self.stiff.clone().cholesky()?;
         let bend = -precision.solve(&self.mixed);
         Some(Floor {
             log_density: self.log_density + 0.5 * self.by_t.dot(newton),
-            slope: self.by_s + bend.tr_mul(&self.by_t),
-            metric: self.slow + self.mixed.tr_mul(&bend),
-            stiff: self.t + newton,
+            slope: &self.by_s + bend.tr_mul(&self.by_t),
+            metric: &self.slow + self.mixed.tr_mul(&bend),
+            stiff: &self.t + newton,
             factor: precision.l(),
             bend,
         })
@@ -241,15 +322,60 @@ mod tests {
     }
 
     #[test]
-    fn a_search_held_up_at_a_kink_is_soon_given_up() {
-        /// ln p = −100 |b| with too small a curvature, at whose top the gradient still points up.
+    fn the_floor_on_a_kink_follows_it() {
+        /// ln p = −150 (b − a²) above the parabola, 50 (b − a²) below, with N(0, 1) priors of a and b.
         struct Kink;
         impl LatentLikelihood for Kink {
             fn dimension(&self) -> usize {
                 2
             }
             fn log_likelihood(&self, z: &[f64]) -> f64 {
-                -100.0 * z[1].abs()
+                let above = z[1] - z[0] * z[0];
+                f64::min(-150.0 * above, 50.0 * above)
+            }
+            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+                unreachable!("only curvatures are asked for")
+            }
+            fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+                let slope = if z[1] > z[0] * z[0] { -150.0 } else { 50.0 };
+                let z = DVector::from_column_slice(z);
+                Some(Curvature {
+                    log_posterior: self.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared(),
+                    gradient: DVector::from_vec(vec![-2.0 * z[0], 1.0]) * slope - &z,
+                    metric: DMatrix::identity(2, 2),
+                })
+            }
+        }
+        let axes = Axes::split(&[0.0, 0.0], &DMatrix::from_diagonal(&DVector::from_vec(vec![0.5, 1.0])), 1);
+        for a in [-1.5, -0.5, 0.0, 1.0] {
+            let s = DVector::from_vec(vec![a]);
+            let mut evaluations = 0;
+            let floor = axes.floor(&Kink, &s, DVector::from_vec(vec![0.3]), 30, &mut evaluations).unwrap();
+            let [x, y] = [0, 1].map(|i| axes.at(&s, &floor.stiff)[i]);
+            assert!(evaluations < 16, "{a}: {evaluations} curvatures");
+            assert!((y - x * x).abs() < 1e-3, "{x} {y}");
+            assert!((floor.log_density + 0.5 * (x * x + y * y)).abs() < 0.05, "{x} {}", floor.log_density);
+            // Along b = a²: ln p = −a²/2 − a⁴/2.
+            assert!(
+                (floor.slope[0] + a + 2.0 * a.powi(3)).abs() < 0.05 * (1.0 + a.abs()),
+                "{a} {}",
+                floor.slope[0]
+            );
+            assert!((floor.bend[(0, 0)].abs() - 2.0 * a.abs()).abs() < 1e-2, "{a} {}", floor.bend[(0, 0)]);
+            assert!((floor.factor[(0, 0)].powi(2) / (1.0 + 200.0 * 200.0 / 8.0) - 1.0).abs() < 0.01);
+        }
+    }
+
+    #[test]
+    fn a_search_held_up_at_a_wall_is_soon_given_up() {
+        /// ln p = 100 b, which ends at b = 0.
+        struct Wall;
+        impl LatentLikelihood for Wall {
+            fn dimension(&self) -> usize {
+                2
+            }
+            fn log_likelihood(&self, z: &[f64]) -> f64 {
+                if z[1] > 0.0 { f64::NEG_INFINITY } else { 100.0 * z[1] }
             }
             fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
                 unreachable!("only curvatures are asked for")
@@ -257,14 +383,15 @@ mod tests {
             fn curvature(&self, z: &[f64]) -> Option<Curvature> {
                 Some(Curvature {
                     log_posterior: self.log_likelihood(z),
-                    gradient: DVector::from_vec(vec![0.0, if z[1] > 0.0 { -100.0 } else { 100.0 }]),
+                    gradient: DVector::from_vec(vec![0.0, 100.0]),
                     metric: DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0])),
                 })
+                .filter(|_| z[1] <= 0.0)
             }
         }
         let axes = Axes::split(&[0.0, 0.0], &DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0])), 1);
         let mut evaluations = 0;
-        assert!(axes.floor(&Kink, &DVector::zeros(1), DVector::zeros(1), 1000, &mut evaluations).is_none());
+        assert!(axes.floor(&Wall, &DVector::zeros(1), DVector::zeros(1), 1000, &mut evaluations).is_none());
         assert!((3..12).contains(&evaluations), "{evaluations} curvatures");
     }
 
