@@ -110,6 +110,8 @@ impl Axes {
         /// Distance in standard deviations from which one more step of the expansion is exact enough: the error of ln p is
         /// of third order in it.
         const NEAR: f64 = 0.5;
+        /// After a step that gains less of what the expansion promises, the next is damped as much.
+        const GOOD: f64 = 0.5;
         const LEAST_DAMPING: f64 = 1e-2;
         /// Steps so damped that lead down have met a kink.
         const KINK_DAMPING: f64 = 10.0;
@@ -130,18 +132,29 @@ impl Axes {
             left = left.checked_sub(1)?;
             *evaluations += 1;
             let step = if damping == 0.0 { newton } else { model.step(damping)? };
+            let (t, promised) = (&here.t + &step, model.gain(&step));
             let harder = f64::max(10.0 * damping, LEAST_DAMPING);
-            let easier = if damping > LEAST_DAMPING { 0.1 * damping } else { 0.0 };
-            let there = self.expand(likelihood, s, &here.t + step);
+            // The value alone refuses most steps that are still too long, at a fifth of the cost.
+            let is_trial = across.is_none() && damping > 0.0 && damping < KINK_DAMPING;
+            if is_trial && self.log_density(likelihood, s, &t) <= here.log_density {
+                damping = harder;
+                continue;
+            }
+            let there = self.expand(likelihood, s, t);
             let is_across = match (&there, &across) {
                 (Some(there), Some(across)) => here.is_crossed(there, across)?,
                 _ => false,
             };
             match there {
                 Some(there) if there.log_density > here.log_density => {
+                    let gain = there.log_density - here.log_density;
                     let before = std::mem::replace(&mut here, there);
                     across = if is_across { Some(before) } else { across };
-                    damping = easier;
+                    damping = match gain {
+                        gain if gain < GOOD * promised => damping,
+                        _ if damping > LEAST_DAMPING => 0.1 * damping,
+                        _ => 0.0,
+                    };
                 }
                 Some(there) if is_across => {
                     let is_nearer = across.is_none_or(|across| there.log_density > across.log_density);
@@ -156,6 +169,11 @@ impl Axes {
                 _ => damping = harder,
             }
         }
+    }
+
+    fn log_density(&self, likelihood: &dyn LatentLikelihood, s: &DVector<f64>, t: &DVector<f64>) -> f64 {
+        let z = self.at(s, t);
+        likelihood.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared()
     }
 
     fn expand(
@@ -197,6 +215,11 @@ impl Expansion {
         let mut matrix = self.stiff.clone();
         (0..matrix.nrows()).for_each(|i| matrix[(i, i)] *= 1.0 + damping);
         Some(matrix.cholesky()?.solve(&self.by_t)).filter(|step| step.iter().all(|v| v.is_finite()))
+    }
+
+    /// What a step gains of ln p.
+    fn gain(&self, step: &DVector<f64>) -> f64 {
+        self.by_t.dot(step) - 0.5 * (&self.stiff * step).dot(step)
     }
 
     /// Length of a step in standard deviations.
