@@ -114,12 +114,12 @@ impl Surrogate {
         x
     }
 
-    /// ln m, and its slope by x.
-    pub fn log_marginal(&self, x: &DVector<f64>) -> (f64, DVector<f64>) {
+    /// ln m, and its slope by x, which lies in or near the vicinity if there is one.
+    pub fn log_marginal(&self, x: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> (f64, DVector<f64>) {
         /// An expansion that is lower than another by more says nothing but that it is too far away.
         const LOWEST: f64 = 3.0;
         let (s, y) = (self.s(x), &self.ruler * x);
-        let neighbours = self.neighbours(&y);
+        let neighbours = self.neighbours(&y, vicinity);
         let expansions: Vec<(f64, DVector<f64>)> = neighbours
             .near
             .iter()
@@ -152,7 +152,7 @@ impl Surrogate {
             let known = &self.known[near.floor];
             (&known.stiff + &known.bend * (&s - &known.s)) * near.weight
         };
-        self.neighbours(&(&self.ruler * x)).near.iter().map(of).sum()
+        self.neighbours(&(&self.ruler * x), None).near.iter().map(of).sum()
     }
 
     /// The direction from a floor to y.
@@ -161,12 +161,16 @@ impl Surrogate {
     }
 
     /// The floors nearest to y, with weights (1/r − 1/R)² that add up to one; R, the reach, is the distance of the next.
-    fn neighbours(&self, y: &DVector<f64>) -> Neighbours {
+    fn neighbours(&self, y: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> Neighbours {
         const MOST: usize = 16;
         const TINY: f64 = 1e-6;
         /// R of the farthest floor's distance, where no other floor is known.
         const BEYOND: f64 = 2.0;
-        let nearest = nearest(self.anchors.as_slice(), y.as_slice(), MOST + 1);
+        let anchors = self.anchors.as_slice();
+        let nearest = match vicinity {
+            Some(vicinity) => vicinity.nearest(anchors, y, MOST + 1),
+            None => nearest(anchors, y.as_slice(), MOST + 1),
+        };
         let beyond = if nearest.len() > MOST { 1.0 } else { BEYOND };
         let near = |(floor, squared): (usize, f64)| (floor, squared.sqrt().max(TINY));
         let (farthest, distance) = near(*nearest.last().expect("a floor is known"));
@@ -194,6 +198,46 @@ impl Surrogate {
     /// The floors it was fitted to.
     pub fn known(&self) -> &[Known] {
         &self.known
+    }
+}
+
+/// The floors that can be among the nearest to points about a centre: along a trajectory all are searched only where it leaves
+/// the vicinity (Verlet 1967, Phys. Rev. 159, 98).
+#[derive(Debug, Clone)]
+pub(super) struct Vicinity {
+    centre: DVector<f64>,
+    /// All floors nearer to the centre are in it.
+    reach: f64,
+    floors: Vec<usize>,
+    /// y of each floor, as in [`nearest`].
+    anchors: Vec<f64>,
+}
+
+impl Vicinity {
+    /// Of nowhere.
+    pub fn empty() -> Self {
+        Self { centre: DVector::zeros(0), reach: 0.0, floors: vec![], anchors: vec![] }
+    }
+
+    /// The `count` points nearest to y, as [`nearest`] finds them.
+    fn nearest(&mut self, points: &[f64], y: &DVector<f64>, count: usize) -> Vec<(usize, f64)> {
+        /// How much farther the vicinity reaches than the farthest of the nearest.
+        const SKIN: f64 = 1.5;
+        const ROUNDING: f64 = 1e-9;
+        if self.centre.len() == y.len() {
+            let near = nearest(&self.anchors, y.as_slice(), count);
+            let moved = (y - &self.centre).norm();
+            if near.last().is_some_and(|last| last.1.sqrt() + moved < (1.0 - ROUNDING) * self.reach) {
+                return near.into_iter().map(|(own, squared)| (self.floors[own], squared)).collect();
+            }
+        }
+        let near = nearest(points, y.as_slice(), count);
+        self.reach = near.last().map_or(0.0, |last| SKIN * last.1.sqrt());
+        self.centre = y.clone();
+        self.floors = within(points, y.as_slice(), self.reach * self.reach);
+        let of_coordinate = |all: &[f64]| self.floors.iter().map(|floor| all[*floor]).collect::<Vec<_>>();
+        self.anchors = points.chunks_exact(points.len() / y.len()).flat_map(of_coordinate).collect();
+        near
     }
 }
 
@@ -261,6 +305,20 @@ fn nearest(points: &[f64], x: &[f64], count: usize) -> Vec<(usize, f64)> {
     nearest
 }
 
+/// The points within a distance of x, `points` as in [`nearest`].
+#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn within(points: &[f64], x: &[f64], squared_distance: f64) -> Vec<usize> {
+    let n = points.len() / x.len();
+    let mut squared = vec![0.0; n];
+    for (coordinates, x) in points.chunks_exact(n).zip(x) {
+        for (squared, coordinate) in squared.iter_mut().zip(coordinates) {
+            *squared += (coordinate - x) * (coordinate - x);
+        }
+    }
+    (0..n).filter(|i| squared[*i] < squared_distance).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -292,7 +350,7 @@ mod tests {
         let factor = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 1.0]));
         let surrogate = Surrogate::fit(DVector::zeros(2), factor, floors.collect()).unwrap();
         let x = DVector::from_vec(vec![1.7, -0.5]);
-        let (value, slope) = surrogate.log_marginal(&x);
+        let (value, slope) = surrogate.log_marginal(&x, None);
         assert!((value + 1.7 * 1.7 + 0.125 + 0.34).abs() < 1e-3, "{value}");
         assert!((slope - DVector::from_vec(vec![-3.4 - 0.2, 0.5])).amax() < 1e-3);
         assert!((surrogate.x(&surrogate.s(&x)) - &x).amax() < 1e-15);
@@ -322,7 +380,7 @@ mod tests {
         for i in 0..8 {
             let angle = 0.25 * f64::from(i) - 0.9;
             let (x, y) = (1.01 * angle.sin(), 1.01 * angle.cos());
-            let at = |x: f64, y: f64| surrogate.log_marginal(&DVector::from_vec(vec![x, y]));
+            let at = |x: f64, y: f64| surrogate.log_marginal(&DVector::from_vec(vec![x, y]), None);
             let (found, slope) = at(x, y);
             assert!((found - value(x, y).0).abs() < 0.2, "{angle} {found} {}", value(x, y).0);
             const STEP: f64 = 1e-5;
@@ -340,6 +398,17 @@ mod tests {
         sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
         assert_eq!(nearest(&points, &x, 17), sorted[..17]);
         assert_eq!(nearest(&points[..9], &x, 17).len(), 3);
+        // The same along a way through the vicinity of its points.
+        let mut vicinity = Vicinity::empty();
+        let mut gathered = 0;
+        for step in 0..200 {
+            let x = [0.3, -0.2, 0.1].map(|x| x + 0.002 * f64::from(step));
+            let before = vicinity.centre.clone();
+            let found = vicinity.nearest(&points, &DVector::from_column_slice(&x), 17);
+            assert_eq!(found, nearest(&points, &x, 17));
+            gathered += usize::from(vicinity.centre != before);
+        }
+        assert!((2..50).contains(&gathered), "{gathered}");
     }
 
     #[test]
@@ -350,7 +419,7 @@ mod tests {
             known(vec![3.0], 0.0, vec![0.0], DMatrix::identity(1, 1)),
         ];
         let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors).unwrap();
-        let (value, slope) = surrogate.log_marginal(&DVector::from_vec(vec![1.0]));
+        let (value, slope) = surrogate.log_marginal(&DVector::from_vec(vec![1.0]), None);
         assert!(value > -2.0 - 3.0 && slope[0] > 0.0, "{value} {slope}");
     }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::memory::Memory;
 use super::place::normal;
-use super::surrogate::Surrogate;
+use super::surrogate::{Surrogate, Vicinity};
 
 /// The edge of what is known, in posterior deviations.
 const EDGE: f64 = 14.0;
@@ -39,14 +39,15 @@ pub(super) fn transition(
     let is_single = rng.random::<f64>() < if pace == Pace::Trusting { SINGLE_TRUSTING } else { SINGLE };
     let (moves, memory) = if is_single { (1, None) } else { (SEVERAL, memory) };
     let power = if pace == Pace::Doubting { rng.random_range(LEAST_POWER..1.0) } else { 1.0 };
-    let first = Point::at(surrogate, power, start.clone());
+    let mut vicinity = Vicinity::empty();
+    let first = Point::at(surrogate, power, start.clone(), None);
     let mut here = first.clone();
     // Every move is drawn alike: leaps and trajectories in a fixed order would not be as likely backwards.
     for _ in 0..moves {
         if let Some(memory) = memory.filter(|_| rng.random()) {
             let s = memory.draw(rng);
             let drawn_more = memory.log_density(&s) - memory.log_density(&surrogate.s(&here.x));
-            let there = Point::at(surrogate, power, surrogate.x(&s));
+            let there = Point::at(surrogate, power, surrogate.x(&s), None);
             if rng.random::<f64>().ln() < there.log_density - here.log_density - drawn_more {
                 here = there;
             }
@@ -55,7 +56,7 @@ pub(super) fn transition(
         let momentum = normal(start.len(), rng);
         let before = here.log_density - 0.5 * momentum.norm_squared();
         let (step, steps) = (if is_single { STEP } else { step(rng) }, steps(rng));
-        let end = leapfrog(surrogate, power, here.clone(), momentum, step, steps);
+        let end = leapfrog(surrogate, power, here.clone(), momentum, (step, steps), &mut vicinity);
         let Some((there, momentum)) = end else { continue };
         if rng.random::<f64>().ln() < there.log_density - 0.5 * momentum.norm_squared() - before {
             here = there;
@@ -73,8 +74,8 @@ struct Point {
 }
 
 impl Point {
-    fn at(surrogate: &Surrogate, power: f64, x: DVector<f64>) -> Self {
-        let (log_marginal, slope) = surrogate.log_marginal(&x);
+    fn at(surrogate: &Surrogate, power: f64, x: DVector<f64>, vicinity: Option<&mut Vicinity>) -> Self {
+        let (log_marginal, slope) = surrogate.log_marginal(&x, vicinity);
         Self { x, log_density: power * log_marginal, slope: slope * power }
     }
 }
@@ -85,8 +86,8 @@ fn leapfrog(
     power: f64,
     mut point: Point,
     mut momentum: DVector<f64>,
-    step: f64,
-    steps: usize,
+    (step, steps): (f64, usize),
+    vicinity: &mut Vicinity,
 ) -> Option<(Point, DVector<f64>)> {
     for _ in 0..steps {
         momentum.axpy(0.5 * step, &point.slope, 1.0);
@@ -94,7 +95,7 @@ fn leapfrog(
         if x.iter().any(|x| x.is_nan() || x.abs() > EDGE) {
             return None;
         }
-        point = Point::at(surrogate, power, x);
+        point = Point::at(surrogate, power, x, Some(vicinity));
         momentum.axpy(0.5 * step, &point.slope, 1.0);
     }
     Some((point, momentum))
