@@ -79,7 +79,7 @@ pub struct Fit {
     pub settings: FitSettings,
     /// The highest maximum: above the best draw, or the one the samplers started from.
     pub maximum: Maximum,
-    /// The draws, in latent coordinates.
+    /// The draws that count, in latent coordinates.
     pub chains: Chains,
     /// How the sampling ended.
     pub progress: Progress,
@@ -134,11 +134,11 @@ impl Fit {
         run: SamplerRun,
         progress: Progress,
     ) -> Result<Self> {
-        let chains = run.chains().clone();
-        let drawn = best_draw(&chains).and_then(|latent| to_the_top(&likelihood, latent.to_vec()));
+        let drawn = best_draw(run.chains()).and_then(|latent| to_the_top(&likelihood, latent.to_vec()));
         let climbed = start.evaluations + drawn.as_ref().map_or(0, |top| top.evaluations);
         let maximum = drawn.filter(|top| top.log_posterior > start.log_posterior).unwrap_or(start);
         let best_values = quantities(&likelihood.model, &maximum.latent);
+        let chains = run.chains().without_first(progress.early_draws);
         let best_fit = likelihood.model.at_latent(&maximum.latent).0;
         let draws: Vec<Vec<f64>> = chains
             .chains

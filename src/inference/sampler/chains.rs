@@ -87,6 +87,19 @@ impl Chains {
         self.chains.first().map_or(0, Chain::len)
     }
 
+    /// The same chains without their first draws.
+    pub fn without_first(&self, draws: usize) -> Self {
+        let chains = self.chains.iter().map(|chain| Chain {
+            z: later(&chain.z, draws * self.dimension),
+            log_likelihood: later(&chain.log_likelihood, draws),
+            energy: later(&chain.energy, draws),
+            acceptance: later(&chain.acceptance, draws),
+            divergent: later(&chain.divergent, draws),
+            tree_depth: later(&chain.tree_depth, draws),
+        });
+        Self { chains: chains.collect(), ..*self }
+    }
+
     /// Divergent trajectories of all chains.
     pub fn divergences(&self) -> usize {
         self.chains.iter().flat_map(|chain| &chain.divergent).filter(|divergent| **divergent).count()
@@ -103,4 +116,9 @@ impl Chains {
         let of = |chain: &Chain| chain.z.chunks_exact(self.dimension.max(1)).map(&value).collect();
         self.chains.iter().map(of).collect()
     }
+}
+
+/// A column without its first entries; empty if it is unknown.
+fn later<T: Clone>(column: &[T], first: usize) -> Vec<T> {
+    column.get(first..).unwrap_or(&[]).to_vec()
 }

@@ -78,6 +78,8 @@ pub struct Progress {
     pub is_warming_up: bool,
     /// Draws kept, of all chains.
     pub draws: usize,
+    /// First draws of each chain that convergence leaves out.
+    pub early_draws: usize,
     /// Draws after which the run stops unconverged, of all chains; `None` for nested sampling, which stops by
     /// itself.
     pub max_draws: Option<usize>,
@@ -174,7 +176,7 @@ impl SamplerRun {
 
     /// How far the run has come.
     pub fn progress(&self, quantities: Quantities) -> Progress {
-        let convergence = self.convergence(quantities);
+        let (early_draws, convergence) = self.convergence(quantities);
         let (draws, chains) = (self.chains.draws(), self.chains.chains.len());
         let all_converged = !convergence.is_empty() && convergence.iter().all(Convergence::is_converged);
         let worst = Convergence::worst(&convergence);
@@ -194,6 +196,7 @@ impl SamplerRun {
         Progress {
             is_warming_up: draws == 0,
             draws: draws * chains,
+            early_draws,
             max_draws: max_draws.map(|draws| draws * chains),
             evaluations: self.evaluations(),
             divergences: self.chains.divergences(),
@@ -205,21 +208,47 @@ impl SamplerRun {
         }
     }
 
-    fn convergence(&self, quantities: Quantities) -> Vec<Convergence> {
+    /// First draws left out, and the convergence of the others.
+    ///
+    /// The valley sampler learns as it draws. What it drew before it knew the posterior is left out where that converges or,
+    /// before anything does, makes more effective draws (Chodera 2016, J. Chem. Theory Comput. 12, 1799).
+    fn convergence(&self, quantities: Quantities) -> (usize, Vec<Convergence>) {
+        /// Draws of a chain between two looks at fewer of them.
+        const LOOK: usize = 500;
         let dimension = self.chains.dimension.max(1);
         let values_of_chain = |z: &[f64]| z.chunks_exact(dimension).map(quantities).collect();
         // By chain, draw and quantity.
         let values: Vec<Vec<Vec<f64>>> =
             self.chains.chains.iter().map(|chain| values_of_chain(&chain.z)).collect();
         let count = values.first().and_then(|chain| chain.first()).map_or(0, Vec::len);
-        (0..count)
-            .into_par_iter()
-            .map(|quantity| {
-                let of = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| draw[quantity]).collect();
-                let chains: Vec<Vec<f64>> = values.iter().map(of).collect();
-                Convergence::of(&chains, self.chains.group_size)
-            })
-            .collect()
+        let after = |early: usize| -> Vec<Convergence> {
+            (0..count)
+                .into_par_iter()
+                .map(|quantity| {
+                    let of =
+                        |chain: &Vec<Vec<f64>>| chain[early..].iter().map(|draw| draw[quantity]).collect();
+                    let chains: Vec<Vec<f64>> = values.iter().map(of).collect();
+                    Convergence::of(&chains, self.chains.group_size)
+                })
+                .collect()
+        };
+        let draws = self.chains.draws();
+        let mut best = (0, after(0));
+        let rank = |convergence: &[Convergence]| {
+            let worst = Convergence::worst(convergence);
+            (worst.is_converged(), worst.ess_bulk.min(worst.ess_tail))
+        };
+        let looks = matches!(self.state, State::Valley(_)) && draws > 0 && draws.is_multiple_of(LOOK);
+        for early in [draws / 4, draws / 2].into_iter().filter(|_| looks) {
+            if rank(&best.1).0 {
+                break;
+            }
+            let convergence = after(early);
+            if rank(&convergence) > rank(&best.1) {
+                best = (early, convergence);
+            }
+        }
+        best
     }
 
     /// Evaluations of the likelihood or its gradient so far.
@@ -253,5 +282,67 @@ impl SamplerRun {
     /// Seed of the run.
     pub fn seed(&self) -> u64 {
         self.seed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::inference::Curvature;
+    use crate::inference::sampler::ValleySettings;
+    use crate::numerics::random::{Stage, stream};
+
+    /// z with its prior alone.
+    struct Prior;
+
+    impl LatentLikelihood for Prior {
+        fn dimension(&self) -> usize {
+            2
+        }
+
+        fn log_likelihood(&self, _: &[f64]) -> f64 {
+            0.0
+        }
+
+        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+            unreachable!("only curvatures are asked for")
+        }
+
+        fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+            Some(Curvature {
+                log_posterior: -0.5 * z.iter().map(|z| z * z).sum::<f64>(),
+                gradient: -nalgebra::DVector::from_column_slice(z),
+                metric: nalgebra::DMatrix::identity(2, 2),
+            })
+        }
+    }
+
+    #[test]
+    fn draws_of_a_valley_not_yet_known_are_left_out_where_the_others_converge() {
+        let problem = Problem { likelihood: &Prior, starts: &[vec![0.0; 2]], metric: None };
+        let settings = SamplerSettings::Valley(ValleySettings::default());
+        let mut run = SamplerRun::start(&settings, 1, &problem).unwrap();
+        let progress = |run: &mut SamplerRun, draws: usize| {
+            run.chains = Chains::new(2, 4, 1);
+            for (number, chain) in run.chains.chains.iter_mut().enumerate() {
+                let mut rng = stream(3, number as u64, Stage::Sampling, 0);
+                for draw in 0..draws {
+                    let early = if draw < 300 { number as f64 } else { 0.0 };
+                    let z: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(&mut rng));
+                    chain.push(&[z[0] + early, z[1]], 0.0);
+                }
+            }
+            run.progress(&|z| z.to_vec())
+        };
+        let late = progress(&mut run, 2000);
+        assert!(late.is_converged && late.is_finished);
+        assert_eq!((late.early_draws, late.draws), (500, 8000));
+        assert_eq!(run.chains().without_first(500).chains[3].z, run.chains().chains[3].z[1000..]);
+        let between_looks = progress(&mut run, 1999);
+        assert!(!between_looks.is_converged && between_looks.early_draws == 0);
+        let still_early = progress(&mut run, 500);
+        assert!(!still_early.is_converged);
     }
 }
