@@ -29,6 +29,8 @@ pub struct FitSummary {
     pub worst_ess: f64,
     /// Divergent trajectories among the draws.
     pub divergences: usize,
+    /// First draws of each chain that were left out, drawn before the sampler knew the posterior.
+    pub early_draws: usize,
     /// χ² per degree of freedom of the best fit.
     pub chi2_reduced: f64,
     /// ln L of the best fit.
@@ -64,6 +66,7 @@ impl FitSummary {
             worst_r_hat: worst.r_hat,
             worst_ess: worst.ess_bulk.min(worst.ess_tail),
             divergences: fit.progress.divergences,
+            early_draws: fit.progress.early_draws,
             chi2_reduced: fit.chi2_reduced(),
             log_likelihood: fit.image.log_likelihood,
             log_evidence: fit.evidence.as_ref().map(|e| e.log_evidence),

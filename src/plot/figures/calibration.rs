@@ -21,12 +21,12 @@ pub struct RankHistogram {
 const COVERAGE_TOLERANCE: f64 = 0.07;
 const COVERAGE: f64 = 0.68;
 
-/// Draws all coverages, then one histogram a parameter with the range of three standard deviations for uniform ranks.
+/// Draws one histogram a parameter with the range of three standard deviations for uniform ranks, then all coverages.
 pub fn calibration(parameters: &[RankHistogram]) -> Figure {
     const COLUMNS: usize = 4;
     let tallest = parameters.iter().flat_map(|p| &p.counts).copied().fold(1.0, f64::max);
-    let ranks = (1..).zip(parameters).map(|(i, p)| rank_panel(p, tallest, i % COLUMNS == 0));
-    let panels = std::iter::once(coverage_panel(parameters)).chain(ranks).collect();
+    let ranks = (0..).zip(parameters).map(|(i, p)| rank_panel(p, tallest, i % COLUMNS == 0));
+    let panels = ranks.chain([coverage_panel(parameters)]).collect();
     Figure { columns: COLUMNS, panel_aspect: 0.75, panels, ..Figure::full_width("Calibration of the fits") }
 }
 
@@ -83,7 +83,7 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
     };
     let line =
         Rule { at: RuleAt::Y(COVERAGE), stroke: Stroke::dashed(Colour::BLACK, 0.8), legend: String::new() };
-    let x = Axis { limits: Some((0.0, n + 1.0)), ..Axis::linear("parameter, as the panels follow") };
+    let x = Axis { limits: Some((0.0, n + 1.0)), ..Axis::linear("number of the panel") };
     let y = Axis { limits: Some((0.4, 1.0)), ..Axis::linear("coverage") };
     let text = "68% intervals that hold the truth".into();
     let captions = vec![Caption { text, colour: Colour::BLACK, anchor: Anchor::Start }];
