@@ -238,7 +238,10 @@ impl SamplerRun {
             let worst = Convergence::worst(convergence);
             (worst.is_converged(), worst.ess_bulk.min(worst.ess_tail))
         };
-        let looks = matches!(self.state, State::Valley(_)) && draws > 0 && draws.is_multiple_of(LOOK);
+        let looks = match &self.state {
+            State::Valley(valley) => draws > 0 && (draws.is_multiple_of(LOOK) || draws >= valley.max_draws()),
+            _ => false,
+        };
         for early in [draws / 4, draws / 2].into_iter().filter(|_| looks) {
             if rank(&best.1).0 {
                 break;

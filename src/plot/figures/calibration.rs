@@ -84,8 +84,8 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
     let line =
         Rule { at: RuleAt::Y(COVERAGE), stroke: Stroke::dashed(Colour::BLACK, 0.8), legend: String::new() };
     let x = Axis { limits: Some((0.0, n + 1.0)), ..Axis::linear("number of the panel") };
-    let y = Axis { limits: Some((0.4, 1.0)), ..Axis::linear("coverage") };
-    let text = "68% intervals that hold the truth".into();
+    let y = Axis { limits: Some((0.4, 1.0)), ..Axis::linear("share of the fits") };
+    let text = "coverage of 68% intervals".into();
     let captions = vec![Caption { text, colour: Colour::BLACK, anchor: Anchor::Start }];
     Panel {
         marks: vec![Mark::Band(tolerated), Mark::Rule(line), Mark::Scatter(dots)],

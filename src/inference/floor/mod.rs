@@ -4,14 +4,13 @@
 //! With z = o + S s + T t, S the directions the data hardly measure and T those they measure well (orthonormal, from the
 //! Fisher matrix at o), the floor t̂(s) = argmax_t ln p(s, t) bends by many widths of t where s moves by one of its own.
 //! It is found by Gauss–Newton, whose last step also gives the normal distribution of t about it.
-//!
-//! ln p may have a kink, as where a pixel's ray meets the edge within which a Sérsic source is flat, and its top may lie on that
-//! edge. No step along the gradient then goes up, however short, but the gradients on both sides tell where the
-//! edge is and what happens along it (as in bundle methods; Lemaréchal & Mifflin 1978, Nonsmooth Optimization).
+
+mod expansion;
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
+use self::expansion::Expansion;
 use super::bits;
 use super::latent::{Curvature, LatentLikelihood};
 
@@ -193,104 +192,6 @@ impl Axes {
             mixed: self.stiff.tr_mul(&by_slow),
             stiff: self.stiff.tr_mul(&by_stiff),
             t,
-        })
-    }
-}
-
-/// ln p to second order about one point.
-#[derive(Debug, Clone)]
-struct Expansion {
-    t: DVector<f64>,
-    log_density: f64,
-    by_s: DVector<f64>,
-    by_t: DVector<f64>,
-    slow: DMatrix<f64>,
-    mixed: DMatrix<f64>,
-    stiff: DMatrix<f64>,
-}
-
-impl Expansion {
-    /// The damped Newton step of t.
-    fn step(&self, damping: f64) -> Option<DVector<f64>> {
-        let mut matrix = self.stiff.clone();
-        (0..matrix.nrows()).for_each(|i| matrix[(i, i)] *= 1.0 + damping);
-        Some(matrix.cholesky()?.solve(&self.by_t)).filter(|step| step.iter().all(|v| v.is_finite()))
-    }
-
-    /// What a step gains of ln p.
-    fn gain(&self, step: &DVector<f64>) -> f64 {
-        self.by_t.dot(step) - 0.5 * (&self.stiff * step).dot(step)
-    }
-
-    /// Length of a step in standard deviations.
-    fn distance(&self, step: &DVector<f64>) -> f64 {
-        (&self.stiff * step).dot(step).sqrt()
-    }
-
-    /// Another expansion about this one's point, with this one's curvature.
-    fn brought_here(&self, other: &Self) -> Self {
-        let from = &other.t - &self.t;
-        let by_t = &other.by_t + &self.stiff * &from;
-        Self {
-            log_density: other.log_density - 0.5 * (&other.by_t + &by_t).dot(&from),
-            by_s: &other.by_s + self.mixed.tr_mul(&from),
-            by_t,
-            ..self.clone()
-        }
-    }
-
-    /// Whether the gradient there is that on the other side of a kink rather than that on this one's.
-    fn is_crossed(&self, there: &Self, across: &Self) -> Option<bool> {
-        let precision = self.stiff.clone().cholesky()?;
-        let there = self.brought_here(there);
-        let difference = |side: &DVector<f64>| {
-            let off = &there.by_t - side;
-            precision.solve(&off).dot(&off)
-        };
-        Some(difference(&self.brought_here(across).by_t) < difference(&self.by_t))
-    }
-
-    /// ln p about the top of the kink between here and a point across it; `None` if the top is elsewhere.
-    ///
-    /// With g and g′ the gradients on both sides, brought here, the top of the lower of the two expansions lies at
-    /// p = H⁻¹[g′ + α(g − g′)], where both are equal. Across the kink ln p falls on either side with the slopes 1/a and 1/b, 1/a +
-    /// 1/b = |g − g′|: an exponential of deviation √2 a if a = b, for which a normal with the precision (g − g′)(g − g′)ᵀ/8 stands.
-    fn ridge(&self, across: &Self) -> Option<Self> {
-        let other = self.brought_here(across);
-        let (jump_s, jump) = (&self.by_s - &other.by_s, &self.by_t - &other.by_t);
-        let precision = self.stiff.clone().cholesky()?;
-        let solved = precision.solve(&jump);
-        let share = -(self.log_density - other.log_density + solved.dot(&other.by_t)) / solved.dot(&jump);
-        if share.is_nan() || share >= 1.0 {
-            return None;
-        }
-        let share = share.max(0.0);
-        let top = precision.solve(&(other.by_t + &jump * share));
-        let stiff = &self.stiff + &jump * jump.transpose() / 8.0;
-        let by_t = &stiff * &top;
-        let height = self.by_t.dot(&top) - 0.5 * (&self.stiff * &top).dot(&top);
-        Some(Self {
-            t: self.t.clone(),
-            log_density: self.log_density + height - 0.5 * by_t.dot(&top),
-            by_s: other.by_s + &jump_s * (share + jump.dot(&top) / 8.0),
-            by_t,
-            slow: &self.slow + &jump_s * jump_s.transpose() / 8.0,
-            mixed: &self.mixed + &jump * jump_s.transpose() / 8.0,
-            stiff,
-        })
-    }
-
-    /// The floor one Newton step away.
-    fn floor(&self, newton: &DVector<f64>) -> Option<Floor> {
-        let precision = self.stiff.clone().cholesky()?;
-        let bend = -precision.solve(&self.mixed);
-        Some(Floor {
-            log_density: self.log_density + 0.5 * self.by_t.dot(newton),
-            slope: &self.by_s + bend.tr_mul(&self.by_t),
-            metric: &self.slow + self.mixed.tr_mul(&bend),
-            stiff: &self.t + newton,
-            factor: precision.l(),
-            bend,
         })
     }
 }
