@@ -1,7 +1,10 @@
 //! Tables as CSV: one header line, numbers in the shortest form that reads back to the same bits.
 
-use std::io::{BufWriter, Write};
+use std::io::Write;
+use std::ops::Range;
 use std::path::Path;
+
+use rayon::prelude::*;
 
 use super::atomic_file::{check_writable, folder_of};
 use super::table::{Column, Table, Values, is_exact};
@@ -19,7 +22,7 @@ pub(super) fn read(path: &Path) -> Result<Table> {
         String::from_utf8(bytes).map_err(|_| Error::format(path, "is not a CSV file: not UTF-8 text"))?;
     let text = text.trim_start_matches('\u{feff}');
     let (names, fields, line_of_row) = split(path, text)?;
-    let columns = names.into_iter().zip(fields);
+    let columns = names.into_par_iter().zip(fields);
     let columns = columns.map(|(name, fields)| Column { name, unit: None, values: typed(fields) }).collect();
     Table::from_file(path, columns, line_of_row)
 }
@@ -130,9 +133,25 @@ pub(super) fn write(table: &Table, path: &Path, provenance: &Provenance) -> Resu
 }
 
 fn write_rows(table: &Table, path: &Path) -> csv::Result<()> {
-    let mut writer = csv::Writer::from_writer(BufWriter::new(std::fs::File::create(path)?));
-    writer.write_record(table.columns().iter().map(|column| &column.name))?;
-    for row in 0..table.row_count() {
+    /// Rows that a thread puts into text at once, and blocks of them that are in memory together.
+    const ROWS: usize = 8192;
+    const BLOCKS: usize = 64;
+    let mut file = std::fs::File::create(path)?;
+    let mut header = csv::Writer::from_writer(vec![]);
+    header.write_record(table.columns().iter().map(|column| &column.name))?;
+    file.write_all(&text_of(header)?)?;
+    let blocks: Vec<usize> = (0..table.row_count()).step_by(ROWS).collect();
+    for blocks in blocks.chunks(BLOCKS) {
+        let block = |first: &usize| rows_text(table, *first..(first + ROWS).min(table.row_count()));
+        let texts: Vec<Vec<u8>> = blocks.par_iter().map(block).collect::<csv::Result<_>>()?;
+        texts.iter().try_for_each(|text| file.write_all(text))?;
+    }
+    Ok(file.flush()?)
+}
+
+fn rows_text(table: &Table, rows: Range<usize>) -> csv::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(vec![]);
+    for row in rows {
         for column in table.columns() {
             match &column.values {
                 Values::F64(values) => writer.write_field(shortest(values[row]))?,
@@ -141,8 +160,11 @@ fn write_rows(table: &Table, path: &Path) -> csv::Result<()> {
         }
         writer.write_record(None::<&[u8]>)?;
     }
-    writer.into_inner().map_err(|error| error.into_error())?.flush()?;
-    Ok(())
+    text_of(writer)
+}
+
+fn text_of(writer: csv::Writer<Vec<u8>>) -> csv::Result<Vec<u8>> {
+    Ok(writer.into_inner().map_err(|error| error.into_error())?)
 }
 
 #[cfg(test)]
