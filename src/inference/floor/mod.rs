@@ -106,6 +106,18 @@ impl Axes {
         most: u64,
         evaluations: &mut u64,
     ) -> Option<Floor> {
+        self.search(likelihood, s, guess, most, evaluations)?.ok()
+    }
+
+    /// The same; where the floor is not reached, what Laplace's method says about the highest point met, as the error.
+    pub fn search(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        s: &DVector<f64>,
+        guess: DVector<f64>,
+        most: u64,
+        evaluations: &mut u64,
+    ) -> Option<Result<Floor, Floor>> {
         /// Distance in standard deviations from which one more step of the expansion is exact enough: the error of ln p is
         /// of third order in it.
         const NEAR: f64 = 0.5;
@@ -126,9 +138,12 @@ impl Axes {
             let model = ridge.as_ref().unwrap_or(&here);
             let newton = model.step(0.0)?;
             if model.distance(&newton) < NEAR {
-                return model.floor(&newton);
+                return model.floor(&newton).map(Ok);
             }
-            left = left.checked_sub(1)?;
+            if left == 0 || damping > MOST_DAMPING {
+                return here.floor(&DVector::zeros(newton.len())).map(Err);
+            }
+            left -= 1;
             *evaluations += 1;
             let step = if damping == 0.0 { newton } else { model.step(damping)? };
             let (t, promised) = (&here.t + &step, model.gain(&step));
@@ -164,7 +179,6 @@ impl Axes {
                     across = Some(there);
                     damping = 0.0;
                 }
-                _ if damping >= MOST_DAMPING => return None,
                 _ => damping = harder,
             }
         }

@@ -17,7 +17,7 @@ pub(super) struct Across {
 }
 
 /// Directions with tails, the share of draws of each that lie in them, and their width.
-const TAILED: usize = 2;
+const TAILED: usize = 3;
 const SHARE: f64 = 0.3;
 const WIDTH: f64 = 3.0;
 
@@ -56,6 +56,12 @@ impl Across {
             }
         }
         unit
+    }
+
+    /// Steps of t after each proposal: more where one draw of t tells little of the others.
+    pub fn steps(&self) -> usize {
+        const FEWEST: usize = 3;
+        FEWEST.max(self.tries / 2)
     }
 
     /// ln of the density of draws over that of normal ones.
@@ -102,17 +108,17 @@ mod tests {
         // Of draws weighted to normal ones: mean weight, and the fraction within a deviation, of the first and the last.
         let across = Across::normal(MOST_TRIES).or_with_tails();
         let mut rng = stream(1, 0, Stage::Sampling, 0);
-        let draws: Vec<_> = (0..200_000).map(|_| across.draw(3, &mut rng)).collect();
+        let draws: Vec<_> = (0..200_000).map(|_| across.draw(4, &mut rng)).collect();
         let mean = |of: &dyn Fn(&DVector<f64>) -> bool| {
             let weight = |u: &&DVector<f64>| (-across.log_excess(u)).exp();
             draws.iter().filter(|u| of(u)).map(|u| weight(&u)).sum::<f64>() / draws.len() as f64
         };
         assert!((mean(&|_| true) - 1.0).abs() < 0.005);
-        for i in [0, 2] {
+        for i in [0, 3] {
             assert!((mean(&|u| u[i].abs() < 1.0) - 0.6827).abs() < 0.005, "{i}");
         }
         let far = |i: usize| draws.iter().filter(|u| u[i].abs() > 10.0).count() as f64 / draws.len() as f64;
         // 30% of the Cauchy distribution's 2/π · arctan(3/10).
-        assert!((far(0) - 0.0557).abs() < 0.003 && far(2) == 0.0, "{} {}", far(0), far(2));
+        assert!((far(0) - 0.0557).abs() < 0.003 && far(3) == 0.0, "{} {}", far(0), far(3));
     }
 }

@@ -1,17 +1,16 @@
 //! One chain's way in a block: proposals along the valley, each followed by steps across it.
 
+use nalgebra::DVector;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::place::Place;
-use super::surrogate::Known;
-use super::trajectory::transition;
+use super::surrogate::{APART, Known};
+use super::trajectory::{Pace, transition};
 use super::{MOST_CURVATURES, ValleyState};
 use crate::inference::LatentLikelihood;
+use crate::inference::floor::Floor;
 use crate::inference::sampler::chains::Chain;
-
-/// Steps of t after each proposal.
-const STEPS_ACROSS: u64 = 3;
 
 /// What one chain brings back from a block.
 pub(super) struct Leg {
@@ -46,10 +45,10 @@ impl ValleyState {
         };
         for _ in 0..draws {
             self.propose(likelihood, &mut leg, &mut rng);
-            for _ in 0..STEPS_ACROSS {
+            for _ in 0..self.across.steps() {
                 leg.place.step(likelihood, &self.axes, &mut rng);
             }
-            leg.evaluations += STEPS_ACROSS;
+            leg.evaluations += self.across.steps() as u64;
             leg.chain.push(leg.place.z.as_slice(), leg.place.log_likelihood);
             leg.visited.push(leg.standing);
         }
@@ -64,9 +63,16 @@ impl ValleyState {
             return;
         }
         let s = self.surrogate.s(&x);
-        let guess = self.surrogate.stiff(&x);
-        let floor = self.axes.floor(likelihood, &s, guess, MOST_CURVATURES, &mut leg.evaluations);
-        let Some(floor) = floor else { return };
+        let floor = self.floor(likelihood, &x, &s, &mut leg.evaluations);
+        let floor = match floor {
+            Some(Ok(floor)) => floor,
+            // From there the next search nearby goes on.
+            Some(Err(reached)) if self.pace == Pace::Learning => {
+                leg.known.push(Known::new(s, &reached));
+                return;
+            }
+            _ => return,
+        };
         leg.known.push(Known::new(s.clone(), &floor));
         let gain = floor.log_marginal() - leg.place.log_marginal;
         if rng.random::<f64>().ln() >= gain - surrogate_gain {
@@ -78,6 +84,29 @@ impl ValleyState {
         if rng.random::<f64>().ln() < place.log_weight() - leg.place.log_weight() {
             leg.place = place;
             leg.standing = Some(leg.known.len() - 1);
+        }
+    }
+
+    /// The floor at s, sought again where the one found is far below what the surrogate promises: ln p may have several maxima
+    /// over t. As [`Axes::search`](crate::inference::floor::Axes::search).
+    fn floor(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        x: &DVector<f64>,
+        s: &DVector<f64>,
+        evaluations: &mut u64,
+    ) -> Option<Result<Floor, Floor>> {
+        let promised = self.surrogate.log_marginal(x, None).0;
+        let mut search = |guess| self.axes.search(likelihood, s, guess, MOST_CURVATURES, evaluations);
+        let [together, nearest] = self.surrogate.stiff(x);
+        match search(together)? {
+            Ok(found) if found.log_marginal() < promised - APART => {
+                let other = search(nearest)
+                    .and_then(Result::ok)
+                    .filter(|other| other.log_marginal() > found.log_marginal());
+                Some(Ok(other.unwrap_or(found)))
+            }
+            found => Some(found),
         }
     }
 }

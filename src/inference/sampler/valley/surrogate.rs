@@ -71,6 +71,9 @@ pub(super) struct Surrogate {
     anchors: DMatrix<f64>,
 }
 
+/// ln m of floors that are further apart than expansions err lie on different maxima of ln p over t.
+pub(super) const APART: f64 = 15.0;
+
 impl Surrogate {
     /// From what is known, `centre` and `factor` (lower triangular) giving the scale x = F⁻¹(s − c); `None` for matrices
     /// that are not positive definite.
@@ -116,82 +119,84 @@ impl Surrogate {
 
     /// ln m, and its slope by x, which lies in or near the vicinity if there is one.
     pub fn log_marginal(&self, x: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> (f64, DVector<f64>) {
-        /// An expansion that is lower than another by more says nothing but that it is too far away.
-        const LOWEST: f64 = 3.0;
         let (s, y) = (self.s(x), &self.ruler * x);
-        let neighbours = self.neighbours(&y, vicinity);
-        let expansions: Vec<(f64, DVector<f64>)> = neighbours
-            .near
-            .iter()
-            .map(|near| {
-                let known = &self.known[near.floor];
-                let from = &s - &known.s;
-                let (bent, slope) = (&known.metric * &from, &known.slope - &self.determinant_slope);
-                (known.log_marginal + from.dot(&slope) - 0.5 * from.dot(&bent), slope - bent)
-            })
-            .collect();
-        let highest = expansions.iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("a floor is known");
-        let lowest = (highest.0 - LOWEST, &highest.1);
-        let expanded =
-            || expansions.iter().map(|(v, slope)| if *v < lowest.0 { lowest } else { (*v, slope) });
-        let value: f64 = neighbours.near.iter().zip(expanded()).map(|(near, (v, _))| near.weight * v).sum();
+        let Neighbours { near, farthest } = self.neighbours(&s, &y, vicinity);
+        let value: f64 = near.iter().map(|near| near.weight * near.value).sum();
         let (mut by_s, mut by_y) = (DVector::zeros(x.len()), DVector::zeros(x.len()));
-        for (near, (own_value, slope)) in neighbours.near.iter().zip(expanded()) {
-            by_s.axpy(near.weight, slope, 1.0);
-            let by_weight = own_value - value;
-            by_y.axpy(by_weight * near.by_distance, &self.away(&y, near), 1.0);
-            by_y.axpy(by_weight * near.by_reach, &self.away(&y, &neighbours.farthest), 1.0);
+        for near in &near {
+            by_s.axpy(near.weight, &near.slope, 1.0);
+            let by_weight = near.value - value;
+            by_y.axpy(by_weight * near.by_distance, &self.away(&y, (near.floor, near.distance)), 1.0);
+            by_y.axpy(by_weight * near.by_reach, &self.away(&y, farthest), 1.0);
         }
         (value, self.factor.tr_mul(&by_s) + self.ruler.tr_mul(&by_y))
     }
 
-    /// t̂, about.
-    pub fn stiff(&self, x: &DVector<f64>) -> DVector<f64> {
+    /// Where t̂ may be: as the neighbours together have it, and as the nearest has it.
+    pub fn stiff(&self, x: &DVector<f64>) -> [DVector<f64>; 2] {
         let s = self.s(x);
+        let near = self.neighbours(&s, &(&self.ruler * x), None).near;
         let of = |near: &Near| {
             let known = &self.known[near.floor];
-            (&known.stiff + &known.bend * (&s - &known.s)) * near.weight
+            &known.stiff + &known.bend * (&s - &known.s)
         };
-        self.neighbours(&(&self.ruler * x), None).near.iter().map(of).sum()
+        let together = near.iter().map(|near| of(near) * near.weight).sum();
+        [together, near.first().map(of).expect("a floor is known")]
     }
 
-    /// The direction from a floor to y.
-    fn away(&self, y: &DVector<f64>, near: &Near) -> DVector<f64> {
-        (y - self.anchors.row(near.floor).transpose()) / near.distance
+    /// The direction from a floor at a distance to y.
+    fn away(&self, y: &DVector<f64>, (floor, distance): (usize, f64)) -> DVector<f64> {
+        (y - self.anchors.row(floor).transpose()) / distance
     }
 
-    /// The floors nearest to y, with weights (1/r − 1/R)² that add up to one; R, the reach, is the distance of the next.
-    fn neighbours(&self, y: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> Neighbours {
+    /// The floors nearest to y, the nearest first, with weights (1/r − 1/R)⁴ that add up to one; R, the reach, is the
+    /// distance of the next. The weights are steep as expansions to second order err by the third power of r.
+    ///
+    /// Floors whose expansions are low are left out: they lie on lower maxima of ln p over t.
+    fn neighbours(&self, s: &DVector<f64>, y: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> Neighbours {
         const MOST: usize = 16;
         const TINY: f64 = 1e-6;
         /// R of the farthest floor's distance, where no other floor is known.
         const BEYOND: f64 = 2.0;
         let anchors = self.anchors.as_slice();
-        let nearest = match vicinity {
+        let mut nearest = match vicinity {
             Some(vicinity) => vicinity.nearest(anchors, y, MOST + 1),
             None => nearest(anchors, y.as_slice(), MOST + 1),
         };
         let beyond = if nearest.len() > MOST { 1.0 } else { BEYOND };
-        let near = |(floor, squared): (usize, f64)| (floor, squared.sqrt().max(TINY));
-        let (farthest, distance) = near(*nearest.last().expect("a floor is known"));
-        let reach = beyond * distance;
+        let apart = |squared: f64| squared.sqrt().max(TINY);
+        let farthest =
+            nearest.last().map(|(floor, squared)| (*floor, apart(*squared))).expect("a floor is known");
+        nearest.truncate(MOST);
+        let reach = beyond * farthest.1;
         let mut near: Vec<Near> = nearest
             .into_iter()
-            .map(near)
-            .map(|(floor, distance)| {
+            .map(|(floor, squared)| {
+                let distance = apart(squared);
                 let root = 1.0 / distance - 1.0 / reach;
-                let (by_distance, by_reach) =
-                    (-2.0 * root / (distance * distance), 2.0 * root * beyond / (reach * reach));
-                Near { floor, distance, weight: root * root, by_distance, by_reach }
+                let by_root = 4.0 * root.powi(3);
+                let known = &self.known[floor];
+                let from = s - &known.s;
+                let (bent, slope) = (&known.metric * &from, &known.slope - &self.determinant_slope);
+                Near {
+                    floor,
+                    distance,
+                    weight: root.powi(4),
+                    by_distance: -by_root / (distance * distance),
+                    by_reach: by_root * beyond / (reach * reach),
+                    value: known.log_marginal + from.dot(&slope) - 0.5 * from.dot(&bent),
+                    slope: slope - bent,
+                }
             })
             .collect();
+        let highest = near.iter().map(|near| near.value).fold(f64::NEG_INFINITY, f64::max);
+        near.retain(|near| near.value >= highest - APART);
         let sum: f64 = near.iter().map(|near| near.weight).sum();
         for near in &mut near {
             near.weight /= sum;
             near.by_distance /= sum;
             near.by_reach /= sum;
         }
-        let farthest = Near { floor: farthest, distance, weight: 0.0, by_distance: 0.0, by_reach: 0.0 };
         Neighbours { near, farthest }
     }
 
@@ -241,19 +246,22 @@ impl Vicinity {
     }
 }
 
-/// A floor near to a point: its distance, its share of the weights, and the slope of the weight by that distance and by the
-/// distance of the farthest, both over the sum of weights.
+/// A floor near to a point: its distance, its share of the weights, the slope of the weight by that distance and by the
+/// distance of the farthest, both over the sum of weights, and its expansion of ln m to the point with the slope there.
 struct Near {
     floor: usize,
     distance: f64,
     weight: f64,
     by_distance: f64,
     by_reach: f64,
+    value: f64,
+    slope: DVector<f64>,
 }
 
+/// The nearest floors, and the one beyond them with its distance.
 struct Neighbours {
     near: Vec<Near>,
-    farthest: Near,
+    farthest: (usize, f64),
 }
 
 /// The slope of the plane through values at the columns of `x`, by least squares of weights that add up to one; zero along
@@ -390,6 +398,28 @@ mod tests {
     }
 
     #[test]
+    fn floors_on_a_lower_maximum_do_not_count() {
+        // ln m = −s²/2 with t̂ = sin s; every third floor was sought in vain and lies 80 lower, where t̂ = sin s + 5.
+        let floors = (-10..=10).map(|i| {
+            let (s, low) = (0.3 * f64::from(i), f64::from(u8::from(i % 3 == 0)));
+            let metric = DMatrix::identity(1, 1);
+            let floor = known(vec![s], -0.5 * s * s - 80.0 * low, vec![-s], metric);
+            Known { stiff: floor.stiff.add_scalar(5.0 * low), ..floor }
+        });
+        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors.collect()).unwrap();
+        for s in [-1.3_f64, 0.0, 0.02, 0.9, 2.0] {
+            let x = DVector::from_element(1, s);
+            let (value, slope) = surrogate.log_marginal(&x, None);
+            assert!(
+                (value + 0.5 * s * s).abs() < 1e-9 && (slope[0] + s).abs() < 1e-9,
+                "{s}: {value} {slope}"
+            );
+            let stiff = surrogate.stiff(&x);
+            assert!(stiff.iter().all(|t| (t[0] - s.sin()).abs() < 0.05), "{s}: {stiff:?}");
+        }
+    }
+
+    #[test]
     fn the_nearest_are_those_that_sorting_finds() {
         let (n, x) = (1000, [0.3, -0.2, 0.1]);
         let points: Vec<f64> = (0..3 * n).map(|i| (0.7 * f64::from(i)).sin()).collect();
@@ -431,7 +461,7 @@ mod tests {
         assert!(
             (-10..10)
                 .map(|i| 0.4 * f64::from(i) + 0.2)
-                .all(|x| { (surrogate.stiff(&DVector::from_vec(vec![x]))[0] - x.sin()).abs() < 0.05 })
+                .all(|x| { (surrogate.stiff(&DVector::from_vec(vec![x]))[0][0] - x.sin()).abs() < 0.05 })
         );
     }
 }

@@ -32,11 +32,14 @@ pub(super) fn transition(
     start: &DVector<f64>,
     rng: &mut impl Rng,
 ) -> (DVector<f64>, f64) {
-    const SINGLE: f64 = 0.3;
-    const SINGLE_TRUSTING: f64 = 0.9;
     const SEVERAL: usize = 16;
     const LEAST_POWER: f64 = 0.5;
-    let is_single = rng.random::<f64>() < if pace == Pace::Trusting { SINGLE_TRUSTING } else { SINGLE };
+    let share_of_single = match pace {
+        Pace::Learning => 0.3,
+        Pace::Trusting => 0.9,
+        Pace::Doubting => 0.1,
+    };
+    let is_single = rng.random::<f64>() < share_of_single;
     let (moves, memory) = if is_single { (1, None) } else { (SEVERAL, memory) };
     let power = if pace == Pace::Doubting { rng.random_range(LEAST_POWER..1.0) } else { 1.0 };
     let mut vicinity = Vicinity::empty();
