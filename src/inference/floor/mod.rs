@@ -260,6 +260,20 @@ mod tests {
     }
 
     #[test]
+    fn a_search_cut_short_says_where_it_is() {
+        let metric = Parabola.curvature(&[0.0, 0.0]).unwrap().metric;
+        let axes = Axes::split(&[0.0, 0.0], &metric, 1);
+        let (s, guess) = (DVector::from_element(1, 0.3), DVector::from_element(1, 0.05));
+        let z = axes.at(&s, &guess);
+        let mut evaluations = 0;
+        let reached = axes.search(&Parabola, &s, guess.clone(), 0, &mut evaluations).unwrap().unwrap_err();
+        let log_density = Parabola.curvature(z.as_slice()).unwrap().log_posterior;
+        assert_eq!((reached.stiff, reached.log_density, evaluations), (guess.clone(), log_density, 1));
+        assert!(axes.floor(&Parabola, &s, guess.clone(), 0, &mut 0).is_none());
+        assert!(axes.floor(&Parabola, &s, guess, 1, &mut 0).is_some());
+    }
+
+    #[test]
     fn the_floor_on_a_kink_follows_it() {
         /// ln p = −150 (b − a²) above the parabola, 50 (b − a²) below, with N(0, 1) priors of a and b.
         struct Kink;
