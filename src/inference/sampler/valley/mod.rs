@@ -7,7 +7,7 @@
 //! width across it. Here the two are taken apart:
 //!
 //! - *Along* the valley: the density of s is Laplace's integral over t, ln m(s) = ln p(s, t̂(s)) − ½ ln det H(s), with H the
-//!   curvature over t; the floor t̂ is solved anew for each proposal. Proposals are ends of Hamiltonian trajectories in a
+//!   curvature over t; the floor t̂ is solved anew for each proposal. Of several maxima over t the highest met counts. Proposals are ends of Hamiltonian trajectories in a
 //!   surrogate for m, made of the floors found so far, so that a way of any length costs one floor at its end (Rasmussen
 //!   2003, Bayesian Statistics 7, 651). On that way each trajectory is accepted by the surrogate s̃ itself; its end is then
 //!   accepted by m(s′) s̃(s)/[m(s) s̃(s′)], which makes the chain exact whatever the surrogate is (Liu 2001, Monte Carlo

@@ -49,8 +49,8 @@ impl Known {
     }
 }
 
-/// Interpolated expansions about the nearest floors (Franke & Little's weights; Renka 1988, ACM Trans. Math. Softw. 14,
-/// 139): of ln m to second order, the slope of ½ ln det that of a plane through all floors, and of t̂ to first order.
+/// Interpolated expansions about the nearest floors (Franke & Little's weights, squared; Renka 1988, ACM Trans. Math.
+/// Softw. 14, 139): of ln m to second order, the slope of ½ ln det that of a plane through all floors, and of t̂ to first order.
 ///
 /// Near is what is near in the mean metric −d² ln p/ds² of the floors. Where the valley of s bends, posterior deviations
 /// tell its length and not the width across it, in which an expansion fails.
@@ -190,7 +190,8 @@ impl Surrogate {
             })
             .collect();
         let highest = near.iter().map(|near| near.value).fold(f64::NEG_INFINITY, f64::max);
-        near.retain(|near| near.value >= highest - APART);
+        // One that is not a number stays, so that some floor does: a move there is refused.
+        near.retain(|near| near.value >= highest - APART || near.value.is_nan());
         let sum: f64 = near.iter().map(|near| near.weight).sum();
         for near in &mut near {
             near.weight /= sum;
