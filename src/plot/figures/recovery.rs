@@ -100,12 +100,12 @@ pub fn recovery_histograms(models: &[RecoveryData]) -> Figure {
         all.fold(0.0, f64::max)
     };
     let sigma = largest(|p| p.uncertainty).max(1e-3);
-    // The last bin takes in everything beyond.
-    let residual = largest(|p| p.residual).clamp(2.0, 20.0);
-    let panels = vec![
-        panel("σ(γ_{LOS})", sigma, |p| p.uncertainty),
-        panel("|γ_{LOS}^{out} − γ_{LOS}^{in}| / σ", residual, |p| p.residual),
-    ];
+    const MOST: f64 = 20.0;
+    let most = largest(|p| p.residual);
+    let residual = most.clamp(2.0, MOST);
+    let label = "|γ_{LOS}^{out} − γ_{LOS}^{in}| / σ";
+    let label = if most > MOST { format!("{label} (last bin: all beyond)") } else { label.into() };
+    let panels = vec![panel("σ(γ_{LOS})", sigma, |p| p.uncertainty), panel(&label, residual, |p| p.residual)];
     Figure { columns: 2, panels, ..Figure::full_width("Uncertainties and residuals") }
 }
 

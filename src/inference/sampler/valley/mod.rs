@@ -30,6 +30,7 @@ mod across;
 mod follow;
 mod leg;
 mod memory;
+mod neighbours;
 mod place;
 mod surrogate;
 mod trajectory;

@@ -5,8 +5,9 @@ use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
 use super::memory::Memory;
+use super::neighbours::Vicinity;
 use super::place::normal;
-use super::surrogate::{Surrogate, Vicinity};
+use super::surrogate::Surrogate;
 
 /// The edge of what is known, in posterior deviations.
 const EDGE: f64 = 14.0;
