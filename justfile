@@ -72,7 +72,7 @@ calibration:
 blind-starts:
     cargo run --release --example blind_starts
 
-# section 3: 64 images fitted with four models, about 1 h 40 min on two cores (docs/CATALOGUE.md)
+# section 3: 64 images fitted with four models, under two hours on two cores (docs/CATALOGUE.md)
 catalogue:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
     cargo run --release -- study catalogue catalogue
