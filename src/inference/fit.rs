@@ -56,7 +56,7 @@ pub struct ParameterSummary {
     pub standard_deviation: f64,
     /// Value at the highest maximum of the posterior that was met.
     pub best_fit: f64,
-    /// Lower end of the shortest interval with 68% of the draws.
+    /// Lower end of the highest-density interval with 68% of the draws.
     pub hpd68_low: f64,
     /// Upper end of that interval.
     pub hpd68_high: f64,
