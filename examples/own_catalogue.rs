@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use haloray::config::Preset;
 use haloray::imaging::{PixelSampling, Psf};
 use haloray::io::{Provenance, read_haloes};
+use haloray::monitor::Silent;
 use haloray::numerics::random::Stage;
-use haloray::pipeline::{Inputs, LensAndSource, Silent, View, line_of_sight, populate};
+use haloray::pipeline::{Inputs, LensAndSource, View, line_of_sight, populate};
 use haloray::report::image_file;
 
 fn main() -> haloray::Result<()> {

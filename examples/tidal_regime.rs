@@ -6,7 +6,8 @@
 use haloray::config::Preset;
 use haloray::diagnostics::{HaloTidal, total_variation};
 use haloray::mapping::multiplane::{LineOfSight, Sheets};
-use haloray::pipeline::{Silent, populate};
+use haloray::monitor::Silent;
+use haloray::pipeline::populate;
 
 fn main() -> haloray::Result<()> {
     let config = Preset::Paper.config()?;

@@ -17,7 +17,7 @@
 //! | run | [`pipeline`] | config | [`pipeline::Simulation`] |
 //! | save, draw | [`io`], [`plot`], [`report`] | simulation | HDF5, FITS, figures |
 //!
-//! Below them: [`profile`] (mass and light, angles in, angles out), [`numerics`], [`constants`], [`error`].
+//! Below them: [`profile`] (mass and light, angles in, angles out), [`numerics`], [`constants`], [`error`], [`monitor`].
 //! Angles are in arcsec, distances in comoving Mpc where the name says `cmpc`, masses in solar masses; never h-units.
 //!
 //! ```
@@ -49,6 +49,7 @@ pub mod inference;
 pub mod io;
 pub mod mapping;
 pub mod mock;
+pub mod monitor;
 pub mod numerics;
 pub mod pipeline;
 pub mod plot;

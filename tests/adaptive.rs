@@ -5,7 +5,8 @@ use haloray::cosmology::Background;
 use haloray::halo::{HaloCatalogue, HaloMasses};
 use haloray::mapping::multiplane::{Accuracy, AccuracyReport, Field, LineOfSight, MainLens, Segment, Sheets};
 use haloray::mapping::{Mapping, Order, RayBundle};
-use haloray::pipeline::{Silent, line_of_sight, populate};
+use haloray::monitor::Silent;
+use haloray::pipeline::{line_of_sight, populate};
 use haloray::profile::mass::{Epl, MassModel};
 
 /// The paper's source.

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Rooms in dependency order, as in docs/ARCHITECTURE.md.
-const ROOMS: [&str; 16] = [
+const ROOMS: [&str; 17] = [
     "constants",
     "error",
+    "monitor",
     "numerics",
     "profile",
     "cosmology",

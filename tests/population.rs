@@ -9,7 +9,8 @@ use haloray::diagnostics::HaloTidal;
 use haloray::halo::{
     DrawnHaloes, Epoch, HaloCatalogue, Population, draw_brute_force, draw_direct, passes_shear_cut,
 };
-use haloray::pipeline::{Silent, populate};
+use haloray::monitor::Silent;
+use haloray::pipeline::populate;
 use statistics::{kolmogorov_smirnov_p, poisson_dispersion_p};
 
 /// lenstronomy's G·Msun, with which the expected numbers were integrated, over the IAU's.

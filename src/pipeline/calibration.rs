@@ -11,7 +11,6 @@ use serde::Serialize;
 use statrs::function::gamma::gamma_ur;
 
 use super::one_core_each::one_core_each;
-use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
 use crate::inference::convergence::ESS_LIMIT;
@@ -19,6 +18,7 @@ use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sampler::SamplerSettings;
 use crate::inference::{Fit, FitSettings, Observation};
 use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+use crate::monitor::Monitor;
 use crate::numerics::random::{Stage, stream};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -85,7 +85,7 @@ pub fn calibrate(
     number: usize,
     seed: u64,
     sampler: SamplerSettings,
-    progress: &dyn Progress,
+    monitor: &dyn Monitor,
 ) -> Result<(CompiledModel, Vec<CalibrationFit>)> {
     let description = ModelDescription::parse(CALIBRATION_MODEL)
         .map_err(|e| Error::out_of_range("the calibration model", "malformed", &e.to_string()))?;
@@ -97,14 +97,14 @@ pub fn calibrate(
         min_ess: ESS_LIMIT,
         seed,
     };
-    progress.begin("fits", Some(number as u64));
+    monitor.begin("fits", Some(number as u64));
     let fits = one_core_each(number as u64, |i| {
         let (truths, observation, seed) = system(&model, seed, i)?;
         let fit = Fit::run(observation, model.clone(), FitSettings { seed, ..settings }, None, |_| Ok(()))?;
-        progress.advance(1);
+        monitor.advance(1);
         compare(&fit, truths)
     });
-    progress.end();
+    monitor.end();
     Ok((model, fits?))
 }
 

@@ -1,12 +1,12 @@
 //! What the shear cut does: one line of sight at ever looser cuts.
 
 use super::haloes::populate;
-use super::progress::{Progress, Silent};
 use super::view::{LensAndSource, View, line_of_sight};
 use crate::config::Config;
 use crate::error::Result;
 use crate::halo::passes_shear_cut;
 use crate::imaging::Psf;
+use crate::monitor::{Monitor, Silent};
 use crate::numerics::random::Stage;
 
 /// What is seen of one line of sight at one cut, and how it differs from the loosest.
@@ -31,26 +31,26 @@ impl CutRow {
 ///
 /// # Errors
 /// As [`populate`] and [`View::through`].
-pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], progress: &dyn Progress) -> Result<Vec<CutRow>> {
+pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], monitor: &dyn Monitor) -> Result<Vec<CutRow>> {
     let mut cuts = cuts.to_vec();
     cuts.sort_by(|a, b| b.total_cmp(a));
     cuts.dedup();
     let mut config = config.clone();
     config.haloes.min_point_shear = cuts.last().copied().unwrap_or(config.haloes.min_point_shear);
-    progress.begin("haloes", None);
+    monitor.begin("haloes", None);
     let haloes = populate(&config, None, 0, &Silent)?;
-    progress.end();
+    monitor.end();
     let shapes = LensAndSource::resolve(&config, 0);
-    progress.begin("cuts", Some(cuts.len() as u64));
+    monitor.begin("cuts", Some(cuts.len() as u64));
     let mut rows = Vec::with_capacity(cuts.len());
     for min_point_shear in cuts {
         let keep = passes_shear_cut(&haloes.catalogue, &config.cosmology, min_point_shear)?;
         let sight = line_of_sight(&config, &haloes, &haloes.catalogue.select(&keep))?;
         let view = View::through(&config, &sight, &shapes, psf, (0, Stage::NoiseImage), &Silent)?;
-        progress.advance(1);
+        monitor.advance(1);
         rows.push(CutRow { min_point_shear, view, image_over_noise: Vec::new() });
     }
-    progress.end();
+    monitor.end();
     let loosest = rows.last().map(|row| row.view.exposure.noise_free_e_s.clone()).unwrap_or_default();
     let instrument = &config.instrument;
     let sigma =

@@ -3,7 +3,6 @@
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::progress::Progress;
 use crate::config::{Config, Draw, HALO_MASS_DEFINITION, HaloProfile};
 use crate::constants::ARCSEC_RAD;
 use crate::cosmology::{Background, LinearTheory};
@@ -14,6 +13,7 @@ use crate::halo::{
     DrawnHaloes, Epoch, HaloCatalogue, HaloMasses, Population, draw_brute_force, draw_direct,
     passes_shear_cut,
 };
+use crate::monitor::Monitor;
 use crate::numerics::random::{Stage, stream};
 
 /// More haloes than this would not fit into the memory of most machines (about 100 bytes each).
@@ -55,7 +55,7 @@ pub fn populate(
     config: &Config,
     imported: Option<HaloCatalogue>,
     realisation: u64,
-    progress: &dyn Progress,
+    monitor: &dyn Monitor,
 ) -> Result<Haloes> {
     let linear = linear_theory(config)?;
     let settings = &config.haloes;
@@ -70,7 +70,7 @@ pub fn populate(
     let mass_function = MassFunctionCurve::sample(relation.name(), config, z_curve, dn_dlnm);
     let (catalogue, number_drawn) = match imported {
         Some(catalogue) => (truncate(config, cut_imported(config, catalogue)?)?, None),
-        None => draw(config, &linear, &population, realisation, progress)?,
+        None => draw(config, &linear, &population, realisation, monitor)?,
     };
     let before = catalogue.len();
     let catalogue = leave_out_convergent(config, catalogue)?;
@@ -121,7 +121,7 @@ fn draw(
     linear: &LinearTheory,
     population: &Population,
     realisation: u64,
-    progress: &dyn Progress,
+    monitor: &dyn Monitor,
 ) -> Result<(HaloCatalogue, Option<u64>)> {
     let expected = population.expected_number_kept();
     require(
@@ -134,18 +134,18 @@ fn draw(
     )?;
     let (drawn, number_drawn) = match config.haloes.draw {
         Draw::Direct => {
-            progress.begin("draw the haloes that pass the cut", None);
+            monitor.begin("draw the haloes that pass the cut", None);
             (draw_direct(population, config.seed, realisation), None)
         }
         Draw::BruteForce => {
-            progress.begin("draw all haloes", Some(population.expected_number_drawn() as u64));
-            let drawn = draw_brute_force(population, config.seed, realisation, |n| progress.advance(n));
+            monitor.begin("draw all haloes", Some(population.expected_number_drawn() as u64));
+            let drawn = draw_brute_force(population, config.seed, realisation, |n| monitor.advance(n));
             let number = drawn.number_drawn;
             (drawn, Some(number))
         }
     };
     let catalogue = to_catalogue(config, linear, drawn, realisation)?;
-    progress.end();
+    monitor.end();
     Ok((catalogue, number_drawn))
 }
 

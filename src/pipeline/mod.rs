@@ -6,11 +6,11 @@ mod catalogue;
 mod cut_study;
 mod haloes;
 mod one_core_each;
-mod progress;
 mod relations;
 mod simulate;
 mod summary;
 mod tidal_study;
+mod tracked;
 mod view;
 mod view_fits;
 
@@ -22,11 +22,11 @@ pub use calibration::{
 pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
 pub use cut_study::{CutRow, cut_study};
 pub use haloes::{Haloes, MassFunctionCurve, populate};
-pub use progress::{Progress, Silent, Tracked};
 pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
+pub use tracked::Tracked;
 pub use view::{
     LensAndSource, View, critical_curves, line_of_sight, main_lens, maps, source_centre, to_accuracy,
 };

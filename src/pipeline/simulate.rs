@@ -1,7 +1,6 @@
 //! The one function that runs the chain.
 
 use super::haloes::{Haloes, populate};
-use super::progress::Progress;
 use super::view::{LensAndSource, View, line_of_sight, maps};
 use crate::config::Config;
 use crate::diagnostics::{HaloTidal, TidalMaps};
@@ -9,6 +8,7 @@ use crate::error::Result;
 use crate::halo::HaloCatalogue;
 use crate::imaging::Psf;
 use crate::mapping::multiplane::AccuracyReport;
+use crate::monitor::Monitor;
 use crate::numerics::random::Stage;
 
 /// What a run needs besides its configuration: files already read.
@@ -49,20 +49,20 @@ pub fn simulate(
     config: &Config,
     inputs: Inputs,
     realisation: u64,
-    progress: &dyn Progress,
+    monitor: &dyn Monitor,
 ) -> Result<Simulation> {
-    let haloes = populate(config, inputs.catalogue, realisation, progress)?;
+    let haloes = populate(config, inputs.catalogue, realisation, monitor)?;
 
-    progress.begin("tidal variation of each halo", None);
+    monitor.begin("tidal variation of each halo", None);
     let halo_tidal = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?;
     let in_tidal_regime = haloes.catalogue.select(&halo_tidal.within(config.diagnostics.delta_threshold));
-    progress.end();
+    monitor.end();
 
     let shapes = LensAndSource::resolve(config, realisation);
     let view = |name: &str, sight, stage| {
-        progress.begin(name, None);
-        let view = View::through(config, sight, &shapes, &inputs.psf, (realisation, stage), progress);
-        progress.end();
+        monitor.begin(name, None);
+        let view = View::through(config, sight, &shapes, &inputs.psf, (realisation, stage), monitor);
+        monitor.end();
         view
     };
     let sight = line_of_sight(config, &haloes, &haloes.catalogue)?;
@@ -70,7 +70,7 @@ pub fn simulate(
     let tidal_sight = line_of_sight(config, &haloes, &in_tidal_regime)?;
     let tidal = view("image through tidal haloes", &tidal_sight, Stage::NoiseTidalHaloes)?;
 
-    let (maps, of_maps) = maps(config, &sight, progress);
+    let (maps, of_maps) = maps(config, &sight, monitor);
     let accuracy = all.accuracy.and(&tidal.accuracy).and(&of_maps);
     Ok(Simulation { config: config.clone(), haloes, halo_tidal, shapes, all, tidal, maps, accuracy })
 }

@@ -1,7 +1,6 @@
 //! How well a tidal or flexion model stands for a cone of haloes: the residual in β and in the image.
 
 use super::haloes::populate;
-use super::progress::{Progress, Silent};
 use super::view::line_of_sight;
 use crate::config::Config;
 use crate::diagnostics::{EffectiveLineOfSight, HaloTidal, MapGrid};
@@ -10,6 +9,7 @@ use crate::imaging::{Psf, Scene, SkyGrid, expose};
 use crate::mapping::multiplane::MainLens;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
 use crate::mapping::{Mapping, Order};
+use crate::monitor::{Monitor, Silent};
 use crate::numerics::random::Stage;
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -148,17 +148,17 @@ pub fn tidal_study(
     config: &Config,
     n: u64,
     tidal_only: bool,
-    progress: &dyn Progress,
+    monitor: &dyn Monitor,
 ) -> Result<Vec<TidalResidual>> {
-    progress.begin("tidal and flexion residuals", Some(n));
+    monitor.begin("tidal and flexion residuals", Some(n));
     let rows = (0..n)
         .map(|sightline| {
             let row = tidal_residual(config, sightline, tidal_only);
-            progress.advance(1);
+            monitor.advance(1);
             row
         })
         .collect();
-    progress.end();
+    monitor.end();
     rows
 }
 

@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::haloes::Haloes;
-use super::progress::{Progress, Tracked};
+use super::tracked::Tracked;
 use crate::config::{Config, LightConfig, SheetModel};
 use crate::diagnostics::{
     CriticalCurves, EffectiveLineOfSight, ShearVariation, SkyWindow, TidalMaps, total_variation,
@@ -15,6 +15,7 @@ use crate::mapping::multiplane::{
     AccuracyReport, AdaptiveSegment, Field, LineOfSight, MainLens, Segment, Sheets,
 };
 use crate::mapping::{Mapping, Order};
+use crate::monitor::Monitor;
 use crate::numerics::random::{Stage, stream};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -97,14 +98,14 @@ pub fn to_accuracy<'a>(
 pub fn maps(
     config: &Config,
     line_of_sight: &LineOfSight,
-    progress: &dyn Progress,
+    monitor: &dyn Monitor,
 ) -> (TidalMaps, AccuracyReport) {
     let (half, rays) = (config.maps.half_width_arcsec, config.maps.points * config.maps.points);
     let exact = line_of_sight.observer_to_source();
     let mapping = to_accuracy(config, &exact, half, rays);
-    progress.begin("maps of the distortions", Some(rays as u64));
-    let maps = TidalMaps::of(&Tracked { mapping: &mapping, progress }, config.maps);
-    progress.end();
+    monitor.begin("maps of the distortions", Some(rays as u64));
+    let maps = TidalMaps::of(&Tracked { mapping: &mapping, monitor }, config.maps);
+    monitor.end();
     (maps, mapping.report())
 }
 
@@ -119,7 +120,7 @@ impl View {
         shapes: &LensAndSource,
         psf: &Psf,
         noise: (u64, Stage),
-        progress: &dyn Progress,
+        monitor: &dyn Monitor,
     ) -> Result<Self> {
         let z_lens = config.line_of_sight.z_lens;
         let lens_centre_arcsec = lens_centre(config, line_of_sight)?;
@@ -131,7 +132,7 @@ impl View {
         let exact = line_of_sight.through_lens(&lens)?;
         let rays = config.image.pixels * config.image.pixels;
         let whole = to_accuracy(config, &exact, grid.half_width_arcsec(), rays);
-        let tracked = Tracked { mapping: &whole, progress };
+        let tracked = Tracked { mapping: &whole, monitor };
         let scene = Scene { mapping: &tracked, source: &source, lens_light: lens_light.as_ref() };
         let sampling = config.image.pixel_sampling;
         let noise = (config.seed, noise.0, noise.1);

@@ -9,7 +9,8 @@ use haloray::cosmology::Background;
 use haloray::halo::HaloCatalogue;
 use haloray::mapping::multiplane::{Accuracy, AccuracyReport, Field, LineOfSight, Sheets};
 use haloray::mapping::{Mapping, Order};
-use haloray::pipeline::{Silent, populate};
+use haloray::monitor::Silent;
+use haloray::pipeline::populate;
 
 /// As the command has it.
 #[global_allocator]

@@ -4,7 +4,8 @@
 
 use haloray::config::{Config, Preset};
 use haloray::mapping::multiplane::LineOfSight;
-use haloray::pipeline::{Haloes, Silent, line_of_sight, populate};
+use haloray::monitor::Silent;
+use haloray::pipeline::{Haloes, line_of_sight, populate};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// Rays a side of the bundles.

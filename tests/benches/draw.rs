@@ -6,7 +6,8 @@ mod cone;
 
 use divan::Bencher;
 use haloray::halo::{draw_brute_force, draw_direct};
-use haloray::pipeline::{Silent, populate};
+use haloray::monitor::Silent;
+use haloray::pipeline::populate;
 
 fn main() {
     divan::main();

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use haloray::pipeline::Progress;
+use haloray::monitor::Monitor;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Draws a bar for the stage that runs and remembers the seconds of those that ended.
@@ -36,15 +36,6 @@ impl Bars {
         result
     }
 
-    /// Says what happens now, in place of what was said before.
-    pub fn tell(&self, message: String) {
-        if self.running.lock().unwrap_or_else(|e| e.into_inner()).is_empty() {
-            self.begin(&message, None);
-        } else if let Some(stage) = self.running.lock().unwrap_or_else(|e| e.into_inner()).last() {
-            stage.bar.set_message(message);
-        }
-    }
-
     /// Ends every stage that runs.
     pub fn finish(&self) {
         while !self.running.lock().unwrap_or_else(|e| e.into_inner()).is_empty() {
@@ -59,7 +50,7 @@ impl Bars {
     }
 }
 
-impl Progress for Bars {
+impl Monitor for Bars {
     fn begin(&self, stage: &str, units: Option<u64>) {
         let bar = match units {
             Some(units) => {
@@ -81,6 +72,12 @@ impl Progress for Bars {
     fn advance(&self, units: u64) {
         if let Some(stage) = self.running.lock().unwrap_or_else(|e| e.into_inner()).last() {
             stage.bar.inc(units);
+        }
+    }
+
+    fn tell(&self, message: &str) {
+        if let Some(stage) = self.running.lock().unwrap_or_else(|e| e.into_inner()).last() {
+            stage.bar.set_message(message.to_string());
         }
     }
 

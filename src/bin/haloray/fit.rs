@@ -16,7 +16,7 @@ use haloray::inference::sampler::{
 };
 use haloray::inference::{Fit, FitSettings, FitStage};
 use haloray::io::{Provenance, Staging, read_checkpoint, read_observation, write_checkpoint};
-use haloray::pipeline::Progress as _;
+use haloray::monitor::Monitor as _;
 use haloray::report::{FitSummary, write_fit};
 use haloray::{Error, Result};
 
@@ -227,10 +227,10 @@ pub fn watch(
         FitStage::Searching => {
             bars.finish();
             bars.begin(name, None);
-            bars.tell(format!("{name}: looking for a start"));
+            bars.tell(&format!("{name}: looking for a start"));
         }
         FitStage::Sampling(run, progress) => {
-            bars.tell(if progress.is_warming_up {
+            bars.tell(&if progress.is_warming_up {
                 format!("{name}: warming up, {} evaluations", progress.evaluations)
             } else {
                 let worst = progress.worst;

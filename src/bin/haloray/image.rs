@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use haloray::io::write_atomically;
+use haloray::monitor::Monitor;
 use haloray::numerics::random::Stage;
-use haloray::pipeline::{self, LensAndSource, Progress, View, line_of_sight};
+use haloray::pipeline::{self, LensAndSource, View, line_of_sight};
 use haloray::report::{exposure_figure, image_file};
 use haloray::{Error, Result};
 

@@ -7,7 +7,7 @@ use haloray::Result;
 use haloray::imaging::{Instrument, PixelSampling, Psf};
 use haloray::io::{CATALOGUE_GROUP, ImageFile, Provenance, Staging, catalogue_table, truth_table};
 use haloray::mock::{MockImage, MockSystem, Protocol};
-use haloray::pipeline::Progress;
+use haloray::monitor::Monitor;
 use haloray::plot::figures::{GridData, MosaicImage, mosaic};
 use rayon::prelude::*;
 

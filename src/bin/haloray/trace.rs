@@ -8,7 +8,8 @@ use haloray::error::require;
 use haloray::io::{Column, Provenance, RAYS_GROUP, Table, ray_table, read_haloes, read_points};
 use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Segment, Sheets};
 use haloray::mapping::{Mapping, Order};
-use haloray::pipeline::{Progress, Tracked};
+use haloray::monitor::Monitor;
+use haloray::pipeline::Tracked;
 
 use crate::bars::Bars;
 use crate::settings::{Cosmology, check_not_an_input};
@@ -87,7 +88,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let rays = if mapping.is_adaptive() {
         mapping.map(&points.theta_arcsec, order)
     } else {
-        Tracked { mapping: &mapping, progress: bars }.map(&points.theta_arcsec, order)
+        Tracked { mapping: &mapping, monitor: bars }.map(&points.theta_arcsec, order)
     };
     bars.end();
     let mut table = ray_table(&points, &rays)?;

@@ -1,6 +1,10 @@
 //! The one error type: what was wrong, where, and what is allowed.
 
+mod domain;
+
 use std::path::{Path, PathBuf};
+
+pub use domain::Domain;
 
 /// Result with haloray's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
@@ -86,6 +90,10 @@ pub enum Error {
         /// The reason.
         problem: String,
     },
+
+    /// Whoever watches the work told it to stop.
+    #[error("stopped")]
+    Cancelled,
 }
 
 impl Error {
@@ -111,7 +119,7 @@ impl Error {
 
     /// True when the input is to blame (exit code 2), false when the run failed (exit code 1).
     pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Write { .. })
+        !matches!(self, Self::Write { .. } | Self::Cancelled)
     }
 }
 
