@@ -23,7 +23,7 @@ pub struct BackgroundParameters {
 /// an integrand analytic on all of [0, 1]: one 32-node Gauss–Legendre rule gives every distance
 /// to about 1e-15 relative for Ωm ≥ 0.1 and any z ≥ 0 (1e-11 at Ωm = 0.01). The width u₁ − u₂ is
 /// formed without cancellation, so this also holds for tiny redshifts and differences.
-/// Shown by `tests/reference_cosmology.rs` against astropy.
+/// Shown by `tests/reference/cosmology.rs` against astropy.
 ///
 /// ```
 /// use haloray::cosmology::Background;

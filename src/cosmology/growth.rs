@@ -9,7 +9,7 @@ use crate::numerics::quadrature::unit_rule;
 /// cosmological constant. With a′ = a s² the integrand is analytic on [0, 1] and the 32-node rule
 /// gives machine precision for Ωm ≥ 0.1. Radiation is left out: it is smooth below the horizon and,
 /// as colossus treats it, does not enter D at z < 10; the two agree to 1e-9
-/// (`tests/reference_halo_relations.rs`).
+/// (`tests/reference/halo_relations.rs`).
 #[derive(Debug, Clone, Copy)]
 pub struct Growth {
     background: Background,

@@ -73,7 +73,7 @@ impl StructureParameters {
 /// P(k) ∝ k^ns T²(k) with T of Eisenstein & Hu 1998; σ²(M) = ∫ Δ² W² dlnk with the top-hat of
 /// M = (4π/3) ρ̄ R³, scaled to σ8; D(z) of matter and Λ. Masses in Msun (never h-units), lengths in
 /// comoving Mpc. σ agrees to 2e-6 with colossus 1.4.0 when the latter's tables are refined; its
-/// default tables are off by up to 5e-4 (`tests/reference_halo_relations.rs`).
+/// default tables are off by up to 5e-4 (`tests/reference/halo_relations.rs`).
 /// Outside [`MASS_MIN_MSUN`]–[`MASS_MAX_MSUN`] every function of mass returns NaN.
 ///
 /// ```

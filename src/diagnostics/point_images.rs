@@ -102,7 +102,7 @@ impl PointImages {
     /// Cells are quartered until each is empty or injective (`image_cells`), images are polished by Newton's method to
     /// 1e-13″, and sign(det A) over the images plus the winding of the singular points is compared with the winding
     /// along the edge; where they differ the search is repeated with finer cells. Test: 10,000 random sources behind
-    /// 500 random lenses against brute force (`tests/point_images.rs`).
+    /// 500 random lenses against brute force (`tests/properties/point_images.rs`).
     pub fn of(mapping: &(impl Mapping + ?Sized), window: &SkyWindow, source_arcsec: [f64; 2]) -> Self {
         let winding = winding_number(mapping, window.centre_arcsec, window.half_width_arcsec, source_arcsec);
         let mut window = window.clone();

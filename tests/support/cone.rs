@@ -23,27 +23,3 @@ pub fn catalogue(haloes: &[Halo]) -> HaloCatalogue {
     let centres = [column(&|h| h.centre[0]), column(&|h| h.centre[1])];
     HaloCatalogue::new(Z_SOURCE, &Background::paper(), column(&|h| h.z), centres, masses).unwrap()
 }
-
-/// Any halo in or near a field of a few arcsec, of the sizes that a shear cut leaves there.
-#[allow(dead_code, reason = "only property tests draw haloes")]
-pub fn any_halo() -> impl proptest::strategy::Strategy<Value = Halo> {
-    use proptest::strategy::Strategy;
-    (0.05..1.45_f64, -4.0..4.0_f64, -4.0..4.0_f64, -1.2..0.5_f64, 0.005..0.04_f64).prop_map(
-        |(z, x, y, lg_r_s, strength)| {
-            let r_s = 10f64.powf(lg_r_s);
-            Halo { z, centre: [x, y], r_s, alpha_rs: strength * r_s }
-        },
-    )
-}
-
-/// A small cone of such haloes.
-#[allow(dead_code, reason = "only property tests draw haloes")]
-pub fn any_cone() -> impl proptest::strategy::Strategy<Value = Vec<Halo>> {
-    proptest::collection::vec(any_halo(), 2..12)
-}
-
-/// Settings of the property tests: so many cases, failures printed and not stored.
-#[allow(dead_code, reason = "only property tests draw haloes")]
-pub fn cases(number: u32) -> proptest::test_runner::Config {
-    proptest::test_runner::Config { cases: number, failure_persistence: None, ..Default::default() }
-}

@@ -22,7 +22,7 @@ const LN_C_TOLERANCE: f64 = 1e-12;
 /// 200c and NFW fits; the authors give it for any cosmology, mass and redshift.
 ///
 /// G⁻¹ is solved to 1e-12, where colossus interpolates a table: the two agree to 1.1e-3 at the worst
-/// (`tests/reference_halo_relations.rs`). For −3 ≤ n ≤ 0 the right-hand side is at least 2A/√B, which exceeds
+/// (`tests/reference/halo_relations.rs`). For −3 ≤ n ≤ 0 the right-hand side is at least 2A/√B, which exceeds
 /// the minimum of G, so that the root on the rising branch always exists.
 #[derive(Debug, Clone, Copy)]
 pub struct Diemer19 {

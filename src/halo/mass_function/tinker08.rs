@@ -30,7 +30,7 @@ const ALLOWED: &str = "spherical overdensities from 200m to 3200m at every redsh
 /// 200c), colossus gives 5.6620 Mpc⁻³ (5.5970 with h = 0.674 for the units), linear 5.6624, log-linear
 /// 5.6640, natural spline in log Δ 5.673, not-a-knot spline 5.681; between the tabulated Δ the splines
 /// overshoot at the step from 600 to 800. Δ_m is not rounded to an integer as colossus does; that is
-/// the largest remaining difference, 2e-4 in the median (`tests/reference_halo_relations.rs`).
+/// the largest remaining difference, 2e-4 in the median (`tests/reference/halo_relations.rs`).
 ///
 /// Calibrated for 1e11–1e15 Msun/h, 0 ≤ z ≲ 2, to 5% at z = 0.
 #[derive(Debug, Clone, Copy)]

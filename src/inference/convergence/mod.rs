@@ -1,7 +1,7 @@
 //! Whether chains have converged: rank-normalised split R-hat, bulk and tail effective sample size.
 //!
 //! Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021, Bayesian Analysis 16, 667), equations 3–15. The numbers
-//! agree with ArviZ 0.22 (`tests/reference_convergence.rs`).
+//! agree with ArviZ 0.22 (`tests/reference/convergence.rs`).
 
 mod autocorrelation_time;
 mod effective_size;

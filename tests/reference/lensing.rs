@@ -2,15 +2,10 @@
 //!
 //! Vectors and tensors are compared as wholes: largest difference over largest component.
 
-#[path = "support/differences.rs"]
-mod differences;
-#[path = "support/reference.rs"]
-mod reference;
-
-use differences::{Differences, scaled_difference};
+use crate::differences::{Differences, scaled_difference};
+use crate::oracle_table::{Agreement, Reference};
 use haloray::profile::light::{LightProfile, Sersic};
 use haloray::profile::mass::{Epl, MassModel, MassProfile, Nfw, TruncatedNfw};
-use reference::{Agreement, Reference};
 
 /// NFW of 30 digits: a few rounding errors of the radial functions at every radius, the seam at r_s included.
 const NFW_EXACT_TOLERANCE: f64 = 1e-13;

@@ -1,13 +1,7 @@
 //! `haloray study catalogue` from the command line: fits are never repeated, and what cannot be fitted is left out.
 
-#[path = "support/cli.rs"]
-#[allow(dead_code, reason = "not every helper is needed here")]
-mod cli;
-#[allow(dead_code, reason = "the side of the image is for other tests")]
-#[path = "support/small_image.rs"]
-mod small_image;
-
-use cli::Folder;
+use crate::folder::Folder;
+use crate::small_image;
 use haloray::io::Provenance;
 
 const GAMMA_LOS: [[f64; 2]; 3] = [[0.02, -0.01], [-0.03, 0.01], [0.0, 0.03]];

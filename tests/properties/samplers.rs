@@ -1,14 +1,11 @@
 //! Samplers on posteriors with known answers: moments, evidence, agreement, threads, interruption.
 
-#[path = "support/targets.rs"]
-mod targets;
-
+use crate::targets::{Banana, Gorge, Normal, Nowhere, PEAK, Truncated, TwoPeaks, by_quadrature};
 use haloray::inference::LatentLikelihood;
 use haloray::inference::sampler::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, Problem, Progress, SamplerRun, SamplerSettings,
     StretchSettings, ValleySettings,
 };
-use targets::{Banana, Gorge, Normal, Nowhere, Truncated, TwoPeaks, by_quadrature};
 
 fn run(settings: SamplerSettings, problem: &Problem, seed: u64) -> (SamplerRun, Progress) {
     let mut run = SamplerRun::start(&settings, seed, problem).unwrap();
@@ -184,7 +181,7 @@ fn nested_sampling_weighs_two_peaks() {
 #[test]
 fn chains_in_separate_peaks_are_not_converged() {
     // A peak a chain cannot leave, and chains that start in both.
-    let starts = [targets::PEAK.to_vec(), targets::PEAK.map(|x| -x).to_vec()];
+    let starts = [PEAK.to_vec(), PEAK.map(|x| -x).to_vec()];
     let problem = Problem { likelihood: &TwoPeaks, starts: &starts, metric: None };
     let settings = EnsembleSliceSettings {
         start_spread: 0.01,

@@ -1,21 +1,13 @@
 //! A cone of 300 haloes against lenstronomy's MultiPlane (β, delays) and an independent recursion in numpy (A).
 
-#[path = "support/cone.rs"]
-mod cone;
-#[path = "support/differences.rs"]
-mod differences;
-#[allow(dead_code, reason = "rays are compared absolutely, not relatively")]
-#[path = "support/reference.rs"]
-mod reference;
-
-use cone::{Halo, catalogue};
-use differences::Differences;
+use crate::cone::{Halo, catalogue};
+use crate::differences::{Differences, scaled_difference};
+use crate::oracle_table::Reference;
 use haloray::cosmology::Background;
 use haloray::halo::HaloCatalogue;
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
 use haloray::mapping::{Mapping, Order};
 use haloray::profile::mass::{Epl, MassModel};
-use reference::Reference;
 
 /// β of two independent codes: rounding of 300 planes; the standard of "exact" is 1e-11″.
 const BETA_TOLERANCE_ARCSEC: f64 = 1e-13;
@@ -131,7 +123,7 @@ fn second_derivatives_are_the_differences_of_the_jacobian() {
     ] {
         let second = mapping.map(&theta, Order::SecondDerivatives).second_per_arcsec;
         let scaled = theta.iter().zip(&second).map(|(&theta, ours)| {
-            differences::scaled_difference(&differences_of_jacobian(&mapping, theta, STEP_ARCSEC), ours)
+            scaled_difference(&differences_of_jacobian(&mapping, theta, STEP_ARCSEC), ours)
         });
         Differences::of(&format!("{label}: b_ijk"), scaled).require_max(SECOND_DERIVATIVE_TOLERANCE);
     }

@@ -1,9 +1,7 @@
 //! Theorems of multi-plane lensing: A_LOS is symmetric, its linear form is the first order, Fermat's principle holds.
 
-#[path = "support/cone.rs"]
-mod cone;
-
-use cone::{Halo, Z_SOURCE, any_cone, cases, catalogue};
+use crate::any_cone::{any_cone, cases};
+use crate::cone::{Halo, Z_SOURCE, catalogue};
 use haloray::constants::{ARCSEC_RAD, MPC_OVER_C_DAYS};
 use haloray::cosmology::Background;
 use haloray::diagnostics::EffectiveLineOfSight;

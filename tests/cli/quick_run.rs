@@ -2,7 +2,7 @@
 
 use haloray::io::{Table, Values};
 
-use crate::cli::Folder;
+use crate::folder::Folder;
 
 /// Keys that make a run of the preset `paper` quick: fewer haloes, pixels and map nodes.
 pub const SMALL: &str = "[haloes]\nmin_point_shear = 1e-5\n[image]\npixels = 12\n[maps]\npoints = 9\n";

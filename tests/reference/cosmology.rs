@@ -1,10 +1,7 @@
 //! Distances and densities against astropy, and against 30-digit quadrature where astropy loses digits.
 
-#[path = "support/reference.rs"]
-mod reference;
-
+use crate::oracle_table::{Agreement, REQUIRED_HEADERS, Reference};
 use haloray::cosmology::Background;
-use reference::{Agreement, REQUIRED_HEADERS, Reference};
 
 /// Ours against 30 digits: a few rounding errors, at every redshift from 1e-10 to 20.
 const EXACT_TOLERANCE: f64 = 3e-15;

@@ -1,15 +1,10 @@
 //! Tables of haloes and rays end to end: formats, columns, a halo by hand, a user's own catalogue.
 
-#[path = "support/cli.rs"]
-mod cli;
-#[path = "support/runs.rs"]
-mod runs;
-
 use std::fs;
 
-use cli::Folder;
+use crate::folder::Folder;
+use crate::quick_run::{SMALL, column, folder, numbers, succeeds};
 use haloray::io::{Column, ImageFile, Provenance, RunFile, Table, Values};
-use runs::{SMALL, column, folder, numbers, succeeds};
 
 const FORMATS: [&str; 3] = ["csv", "h5", "fits"];
 

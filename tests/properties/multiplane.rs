@@ -1,9 +1,7 @@
 //! What must hold for rays through any cone: order, rotation, splitting, threads and tiles change nothing.
 
-#[path = "support/cone.rs"]
-mod cone;
-
-use cone::{Halo, Z_SOURCE, any_cone, any_halo, cases, catalogue};
+use crate::any_cone::{any_cone, any_halo, cases};
+use crate::cone::{Halo, Z_SOURCE, catalogue};
 use haloray::cosmology::Background;
 use haloray::diagnostics::HaloTidal;
 use haloray::halo::HaloCatalogue;

@@ -1,9 +1,6 @@
 //! `haloray images` end to end: table, curves and figure out, every complaint with its cure.
 
-#[path = "support/cli.rs"]
-mod cli;
-
-use cli::Folder;
+use crate::folder::Folder;
 
 const MODEL: &str =
     r#"{"z_lens": 0.5, "z_source": 1.5, "lens_model_list": ["SIS"], "kwargs_lens": [{"theta_E": 1}]}"#;

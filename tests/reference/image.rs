@@ -1,21 +1,13 @@
 //! A noise-free image, lens, haloes, source and PSF together, against lenstronomy's ImageModel.
 
-#[path = "support/cone.rs"]
-mod cone;
-#[path = "support/differences.rs"]
-mod differences;
-#[allow(dead_code, reason = "pixels are compared with the peak, not relatively")]
-#[path = "support/reference.rs"]
-mod reference;
-
-use cone::{Halo, catalogue};
-use differences::Differences;
+use crate::cone::{Halo, catalogue};
+use crate::differences::Differences;
+use crate::oracle_table::Reference;
 use haloray::cosmology::Background;
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, integrate_pixels};
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
 use haloray::profile::light::Sersic;
 use haloray::profile::mass::{Epl, MassModel};
-use reference::Reference;
 
 /// Pixel differences over the peak: rays agree to 1e-14″, the gradient of the cusp is 1e3 peaks per arcsec at most.
 const PEAK_TOLERANCE: f64 = 1e-11;

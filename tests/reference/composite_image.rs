@@ -1,15 +1,9 @@
 //! A noise-free composite system of the mock catalogue against lenstronomy's ImageModel.
 
-#[path = "support/differences.rs"]
-mod differences;
-#[allow(dead_code, reason = "pixels are compared with the peak, not relatively")]
-#[path = "support/reference.rs"]
-mod reference;
-
-use differences::Differences;
+use crate::differences::Differences;
+use crate::oracle_table::Reference;
 use haloray::imaging::{Instrument, PixelSampling, Psf};
 use haloray::mock::{Baryons, Halo, LensedSource, MockImage, MockSystem, Perturber};
-use reference::Reference;
 
 /// Pixel differences over the peak that the issue allows.
 const PEAK_TOLERANCE: f64 = 1e-8;

@@ -1,14 +1,9 @@
 //! The commands as a user runs them, end to end: what they write, print, repeat and explain.
 
-#[path = "support/cli.rs"]
-mod cli;
-#[path = "support/runs.rs"]
-mod runs;
-
 use std::fs;
 
+use crate::quick_run::{SMALL, folder, numbers, succeeds};
 use haloray::io::{ImageFile, Table};
-use runs::{SMALL, folder, numbers, succeeds};
 
 fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).unwrap()

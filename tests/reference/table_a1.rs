@@ -8,10 +8,7 @@ use haloray::profile::mass::{Epl, External, MassModel, MassProfile};
 use nalgebra::{Matrix2, Vector2};
 use rand::{RngExt, SeedableRng};
 
-#[path = "support/differences.rs"]
-mod differences;
-
-use differences::Differences;
+use crate::differences::Differences;
 
 /// β in arcsec: a few units in the last place of 2″.
 const BETA_TOLERANCE_ARCSEC: f64 = 5e-15;

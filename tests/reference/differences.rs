@@ -35,7 +35,6 @@ impl Differences {
 }
 
 /// Largest difference of two vectors over the largest component of the second.
-#[allow(dead_code, reason = "not every test compares vectors")]
 pub fn scaled_difference(ours: &[f64], theirs: &[f64]) -> f64 {
     assert_eq!(ours.len(), theirs.len());
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, v| m.max(v.abs()));

@@ -1,16 +1,10 @@
 //! Images of point sources against lenstronomy's LensEquationSolver.
 
-#[path = "support/differences.rs"]
-mod differences;
-#[allow(dead_code, reason = "relative differences are not taken here")]
-#[path = "support/reference.rs"]
-mod reference;
-
-use differences::Differences;
+use crate::differences::Differences;
+use crate::oracle_table::Reference;
 use haloray::diagnostics::{PointImages, SkyWindow};
 use haloray::mapping::tidal::{LineOfSightModel, TidalLens};
 use haloray::profile::mass::{Epl, External, MassModel};
-use reference::Reference;
 
 /// lenstronomy stops its iteration at a residual of 1e-12 in β, magnified in the image.
 const POSITION_TOLERANCE_ARCSEC: f64 = 1e-9;

@@ -1,8 +1,6 @@
 //! The drawn population of the presets: published numbers, Poisson statistics, two draws of one process.
 
-#[path = "support/statistics.rs"]
-mod statistics;
-
+use crate::statistics::{kolmogorov_smirnov_p, poisson_dispersion_p};
 use haloray::config::{Config, Preset};
 use haloray::cosmology::LinearTheory;
 use haloray::diagnostics::HaloTidal;
@@ -11,7 +9,6 @@ use haloray::halo::{
 };
 use haloray::monitor::Silent;
 use haloray::pipeline::populate;
-use statistics::{kolmogorov_smirnov_p, poisson_dispersion_p};
 
 /// lenstronomy's G·Msun, with which the expected numbers were integrated, over the IAU's.
 const EXPECTED_NUMBERS_G_EXCESS: f64 = 2.8e-4;

@@ -1,8 +1,4 @@
-//! The mock catalogue: distributions of 10,000 systems, and the bytes of `haloray mock` for any number of threads.
-
-#[path = "support/cli.rs"]
-#[allow(dead_code, reason = "not every helper is needed here")]
-mod cli;
+//! The mock catalogue: distributions of 10,000 systems beside what the protocol says of them.
 
 use haloray::cosmology::Background;
 use haloray::imaging::Instrument;

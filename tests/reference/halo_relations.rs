@@ -1,14 +1,11 @@
 //! σ(M), growth, mass functions and concentrations against colossus, as installed and with refined tables.
 
-#[path = "support/reference.rs"]
-mod reference;
-
+use crate::oracle_table::{Agreement, Reference};
 use haloray::cosmology::{LinearTheory, StructureParameters};
 use haloray::halo::MassDefinition;
 use haloray::halo::concentration::ConcentrationModel;
 use haloray::halo::mass_function::{MassFunction, MassFunctionModel};
 use haloray::numerics::quadrature::integrate;
-use reference::{Agreement, Reference};
 
 /// σ(M): what is left of colossus's quadrature and spline when refined.
 const SIGMA_TOLERANCE: f64 = 5e-6;

@@ -1,15 +1,12 @@
 //! Full disks, killed runs and closed pipes: nothing half-written is ever seen under a final name.
 #![cfg(unix)]
 
-#[path = "support/cli.rs"]
-mod cli;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use cli::Folder;
+use crate::folder::Folder;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_haloray");
 /// Long enough to be killed in the middle, about a second.

@@ -1,11 +1,8 @@
 //! Every kind of bad input once: exit code 2, the fault with its place and what is allowed, a hint, nothing written.
 
-#[path = "support/cli.rs"]
-mod cli;
-
 use std::fs;
 
-use cli::Folder;
+use crate::folder::Folder;
 use haloray::io::{Column, ExposureKeywords, ImageFile, Provenance, Table};
 
 const HALOES: &str = "z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec,alpha_rs_arcsec\n0.5,1,2,3,0.1\n";

@@ -1,18 +1,12 @@
 //! Lens models in lenstronomy's form against lenstronomy: β, Hessian, Fermat potential and delay of 46 models.
 
-#[path = "support/differences.rs"]
-mod differences;
-#[allow(dead_code, reason = "only the names of the headers are used; this reference is JSON")]
-#[path = "support/reference.rs"]
-mod reference;
-
 use std::collections::BTreeMap;
 
-use differences::Differences;
+use crate::differences::Differences;
+use crate::oracle_table::REQUIRED_HEADERS;
 use haloray::cosmology::Background;
 use haloray::io::{LensModelFile, read_lens_model};
 use haloray::mapping::Order;
-use reference::REQUIRED_HEADERS;
 use serde_json::Value;
 
 /// β in arcsec: lenstronomy's SIE has a core of 1e-10″.

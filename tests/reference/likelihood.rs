@@ -1,19 +1,13 @@
 //! Log-likelihoods of a noisy image of Table 1 against lenstronomy's and against brute-force integration of amplitudes.
 
-#[path = "support/differences.rs"]
-mod differences;
-#[allow(dead_code, reason = "only the names of the headers are used; this reference is JSON")]
-#[path = "support/reference.rs"]
-mod reference;
-
 use std::collections::BTreeMap;
 
-use differences::Differences;
+use crate::differences::Differences;
+use crate::oracle_table::REQUIRED_HEADERS;
 use haloray::imaging::{Psf, SkyGrid};
 use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
 use haloray::inference::{ImageLikelihood, ModelImage, Observation};
-use reference::REQUIRED_HEADERS;
 use serde::Deserialize;
 use serde_json::Value;
 

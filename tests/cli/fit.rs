@@ -1,17 +1,12 @@
 //! `haloray fit` from the command line: results, convergence, bad input, and fits that are killed.
 
-#[path = "support/cli.rs"]
-mod cli;
-#[path = "support/small_image.rs"]
-mod small_image;
-
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use cli::Folder;
+use crate::folder::Folder;
+use crate::small_image::{self, MODEL, SIDE};
 use haloray::io::{ImageFile, Provenance, PsfKernel};
 use serde_json::Value;
-use small_image::{MODEL, SIDE};
 
 fn image() -> ImageFile {
     small_image::image([0.0, 0.0], 0)

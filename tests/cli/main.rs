@@ -1,0 +1,14 @@
+//! The command as a user runs it.
+
+mod folder;
+mod quick_run;
+mod small_image;
+
+mod catalogue;
+mod errors;
+mod fit;
+mod images;
+mod interrupted;
+mod lens;
+mod runs;
+mod tables;

@@ -1,0 +1,16 @@
+//! What must hold whatever the numbers: invariances, theorems, statistics with fixed seeds, stated bounds.
+
+mod any_cone;
+#[path = "../support/cone.rs"]
+mod cone;
+mod statistics;
+mod targets;
+
+mod adaptive;
+mod blind_start;
+mod mock_catalogue;
+mod multiplane;
+mod point_images;
+mod population;
+mod samplers;
+mod tensors;
