@@ -1,44 +1,10 @@
-//! Files in and out: tables, images, runs; nothing half-written under its final name.
+//! Files in and out: containers hold columns, images and metadata; documents say what these mean to haloray.
 
-mod atomic_file;
-mod checkpoint_file;
-mod exposure_keywords;
-mod fits_file;
-mod halo_table;
-mod hdf5_objects;
-mod image_fits;
-mod image_table;
-mod image_wcs;
-mod lens_model;
-mod mock_table;
-mod netcdf_objects;
-mod observation_file;
-mod posterior_file;
-mod provenance;
-mod ray_table;
-mod recovery_file;
-mod run_file;
-mod simulation_file;
-mod staging;
-mod table;
-mod table_csv;
-mod table_fits;
-mod table_hdf5;
+mod containers;
+mod documents;
 
-pub use atomic_file::{check_writable, write_atomically};
-pub use checkpoint_file::{read_checkpoint, write_checkpoint};
-pub use exposure_keywords::ExposureKeywords;
-pub use halo_table::{halo_table, read_haloes, write_haloes};
-pub use image_fits::{ImageFile, PsfKernel};
-pub use image_table::{curve_table, image_table, kind_name};
-pub use lens_model::{LensModelFile, LensOfFile, read_lens_model};
-pub use mock_table::{CATALOGUE_GROUP, TrueShear, catalogue_table, read_truth_table, truth_table};
-pub use observation_file::read_observation;
-pub use posterior_file::{PosteriorVariable, read_posterior, write_posterior};
-pub use provenance::Provenance;
-pub use ray_table::{Points, ray_table, read_points};
-pub use recovery_file::{read_recovery, recovery_path, write_recovery};
-pub use run_file::{AttributeValue, RunFile};
-pub use simulation_file::{read_curves, write_curves, write_maps, write_simulation};
-pub use staging::Staging;
-pub use table::{Column, HALOES_GROUP, POINTS_GROUP, RAYS_GROUP, RELATIONS_GROUP, Table, Values};
+pub use containers::{
+    AttributeValue, Column, Provenance, RunFile, Staging, Table, Values, check_writable, read_checkpoint,
+    write_atomically, write_checkpoint,
+};
+pub use documents::*;

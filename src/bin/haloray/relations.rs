@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use haloray::Result;
-use haloray::io::{Column, RELATIONS_GROUP, Table};
+use haloray::io::{Column, Table};
 use haloray::pipeline::Relations;
 
 use crate::bars::Bars;
@@ -45,7 +45,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         Column::f64("dn_dlnm_per_cmpc3", Some("Mpc^-3"), relations.dn_dlnm_per_cmpc3),
         Column::f64("c200c", None, relations.c200c),
     ])?;
-    table.write(&args.output, RELATIONS_GROUP, &provenance(&config)?)?;
+    table.write(&args.output, "relations", &provenance(&config)?)?;
     if !bars.is_quiet() {
         crate::print(&format!("{} rows written to {}\n", table.row_count(), args.output.display()));
     }

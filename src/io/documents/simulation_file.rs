@@ -4,13 +4,11 @@ use std::path::Path;
 
 use super::halo_table::halo_columns;
 use super::image_table::curve_table;
-use super::provenance::Provenance;
-use super::run_file::RunFile;
-use super::table::{Column, Values};
 use crate::config::Config;
 use crate::diagnostics::{CriticalCurve, CriticalCurves, CurveKind, HaloTidal, TidalMaps};
 use crate::error::Result;
 use crate::imaging::Exposure;
+use crate::io::containers::{Column, Provenance, RunFile, Values};
 use crate::pipeline::{Haloes, Quantities, Simulation, Summary, View};
 
 /// Writes config, haloes, mass function, diagnostics, maps and images of a run.

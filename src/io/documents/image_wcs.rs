@@ -4,8 +4,8 @@ use std::path::Path;
 
 use fitskit::Header;
 
-use super::fits_file as fits;
 use crate::error::{Error, Result};
+use crate::io::containers::fits_file as fits;
 
 /// Arcseconds in a degree.
 const ARCSEC_PER_DEG: f64 = 3600.0;

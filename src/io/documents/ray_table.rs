@@ -2,9 +2,14 @@
 
 use std::path::Path;
 
-use super::table::{Column, POINTS_GROUP, Table};
 use crate::error::Result;
+use crate::io::containers::{Column, Table};
 use crate::mapping::RayBundle;
+
+/// Name of the HDF5 group or FITS extension with points on the sky.
+const POINTS_GROUP: &str = "points";
+/// Name of the HDF5 group or FITS extension with traced rays.
+pub const RAYS_GROUP: &str = "rays";
 
 /// A table of directions, and what else it held.
 #[derive(Debug, Clone)]

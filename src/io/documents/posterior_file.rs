@@ -4,11 +4,11 @@ use std::path::Path;
 
 use hdf5::{Datatype, File, Group};
 
-use super::netcdf_objects as netcdf;
-use super::table::Values;
-use super::{AttributeValue, Provenance, hdf5_objects as objects};
 use crate::error::{Error, Result};
 use crate::inference::sampler::{Chain, Chains};
+use crate::io::containers::{
+    AttributeValue, Provenance, Values, hdf5_objects as objects, netcdf_objects as netcdf,
+};
 
 /// Group of the parameters, as ArviZ names it.
 const POSTERIOR: &str = "posterior";
@@ -32,8 +32,8 @@ pub struct PosteriorVariable {
 /// latent coordinates, `log_likelihood` and what else the sampler noted (`diverging`, `energy`,
 /// `acceptance_rate`, `tree_depth`).
 ///
-/// `attributes` go to `/posterior`. Write inside [`Staging`](super::Staging) or
-/// [`write_atomically`](super::write_atomically). The walkers of an ensemble are chains here; the attribute
+/// `attributes` go to `/posterior`. Write inside [`Staging`](crate::io::Staging) or
+/// [`write_atomically`](crate::io::write_atomically). The walkers of an ensemble are chains here; the attribute
 /// `group_size` says how many consecutive ones move together.
 ///
 /// # Errors

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use fitskit::{BinColumn, BinColumnType, BinTable, Hdu, HduData, HeaderValue};
 
-use super::Provenance;
 use super::fits_file as fits;
+use super::provenance::Provenance;
 use super::table::{Column, Table, Values};
 use crate::error::{Error, Result};
 

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use hdf5::{Dataset, Group};
 
+use super::attribute::AttributeValue;
 use super::hdf5_objects as objects;
+use super::provenance::Provenance;
 use super::table::{Column, Table, Values};
-use super::{AttributeValue, Provenance};
 use crate::error::{Error, Result};
 
 /// Reads the group of that name; where it is missing, the datasets of the root or the only group.

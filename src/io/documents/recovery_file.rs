@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic_file::write_atomically;
 use crate::error::{Error, Result};
+use crate::io::containers::write_atomically;
 use crate::mock::ShearRecovery;
 
 #[derive(Serialize, Deserialize)]

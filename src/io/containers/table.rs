@@ -1,19 +1,9 @@
-//! A table in columns, read from and written to CSV, HDF5 or FITS by the extension of its file.
+//! A table in columns, whatever the format of its file.
 
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::{Provenance, atomic_file, table_csv, table_fits, table_hdf5};
 use crate::error::{Error, Result};
-
-/// Name of the HDF5 group or FITS extension with haloes.
-pub const HALOES_GROUP: &str = "haloes";
-/// Name of the HDF5 group or FITS extension with points on the sky.
-pub const POINTS_GROUP: &str = "points";
-/// Name of the HDF5 group or FITS extension with traced rays.
-pub const RAYS_GROUP: &str = "rays";
-/// HDF5 group and FITS extension of tabulated relations.
-pub const RELATIONS_GROUP: &str = "relations";
 
 /// What a column holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,44 +107,6 @@ impl Table {
         Ok(Self { line_of_row, ..table })
     }
 
-    /// Reads a table; `.csv`, `.h5`/`.hdf5` or `.fits`/`.fit` decides the format.
-    ///
-    /// `group` names the HDF5 group or FITS extension to prefer ([`HALOES_GROUP`], …); where it is
-    /// missing the only one in the file is taken.
-    ///
-    /// # Errors
-    /// [`Error::Read`], [`Error::Format`] or [`Error::Table`], each naming file, place and cure.
-    pub fn read(path: &Path, group: &str) -> Result<Self> {
-        match Format::of(path)? {
-            Format::Csv => table_csv::read(path),
-            Format::Hdf5 => table_hdf5::read(path, group),
-            Format::Fits => table_fits::read(path, group),
-        }
-    }
-
-    /// Writes the table atomically, in the format the extension names, with its provenance: inside
-    /// HDF5 and FITS, beside a CSV as `NAME.csv.provenance.toml`. Same data, same bytes.
-    ///
-    /// # Errors
-    /// [`Error::Format`] for another extension, [`Error::OutputPlace`], [`Error::Write`].
-    pub fn write(&self, path: &Path, group: &str, provenance: &Provenance) -> Result<()> {
-        match Format::of(path)? {
-            Format::Csv => table_csv::write(self, path, provenance),
-            Format::Hdf5 => {
-                atomic_file::write_atomically(path, |p| table_hdf5::write(self, p, group, provenance))
-            }
-            Format::Fits => {
-                atomic_file::write_atomically(path, |p| table_fits::write(self, p, group, provenance))
-            }
-        }
-    }
-
-    /// Checks that a table could be written to `path`: known extension, writable place.
-    pub fn check_target(path: &Path) -> Result<()> {
-        Format::of(path)?;
-        atomic_file::check_writable(path)
-    }
-
     /// The table with one more column.
     ///
     /// # Errors
@@ -221,28 +173,6 @@ impl Table {
     }
 }
 
-/// The formats of a table.
-enum Format {
-    Csv,
-    Hdf5,
-    Fits,
-}
-
-impl Format {
-    fn of(path: &Path) -> Result<Self> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-        match extension.as_deref() {
-            Some("csv") => Ok(Self::Csv),
-            Some("h5" | "hdf5") => Ok(Self::Hdf5),
-            Some("fits" | "fit") => Ok(Self::Fits),
-            _ => Err(Error::format(
-                path,
-                "the extension does not name a table format; allowed: .csv, .h5, .hdf5, .fits, .fit",
-            )),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -287,30 +217,6 @@ mod tests {
         assert!(twice.contains("z, but must be different"), "{twice}");
         let ragged = Table::new(vec![z(), Column::f64("x", None, vec![])]).unwrap_err().to_string();
         assert!(ragged.contains("length of column x is 0, but must be 1"), "{ragged}");
-    }
-
-    #[test]
-    fn other_extensions_are_refused_with_the_list_of_allowed_ones() {
-        for name in ["haloes.txt", "haloes", "csv"] {
-            let error = Table::read(Path::new(name), HALOES_GROUP).unwrap_err().to_string();
-            assert!(error.starts_with(name) && error.ends_with("allowed: .csv, .h5, .hdf5, .fits, .fit"));
-        }
-    }
-
-    #[test]
-    fn every_format_gives_back_what_it_was_given() {
-        let numbers = Column::f64("theta_x_arcsec", Some("arcsec"), vec![0.1 + 0.2, -1e-30]);
-        let table = Table::new(vec![numbers, Column::text("label", vec!["a".into(), "b c".into()])]).unwrap();
-        let folder = tempfile::tempdir().unwrap();
-        for (name, files) in [("t.csv", 2), ("t.H5", 3), ("t.hdf5", 4), ("t.fits", 5), ("t.fit", 6)] {
-            let path = folder.path().join(name);
-            Table::check_target(&path).unwrap();
-            table.write(&path, RAYS_GROUP, &Provenance::new(Some(1), "a = 1\n")).unwrap();
-            let back = Table::read(&path, RAYS_GROUP).unwrap();
-            let values = |table: &Table| table.columns.iter().map(|c| c.values.clone()).collect::<Vec<_>>();
-            assert_eq!(values(&back), values(&table), "{name}");
-            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), files, "{name}");
-        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fitskit::{BinTable, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
 
-use super::Provenance;
+use super::provenance::Provenance;
 use crate::error::{Error, Result};
 
 /// FITS files consist of blocks of this many bytes.
@@ -20,7 +20,7 @@ const HISTORY_WIDTH: usize = 70;
 ///
 /// fitskit trusts headers and takes a truncated extension for the end of the file, so sizes and
 /// characters are checked here first.
-pub(super) fn read(path: &Path) -> Result<Vec<Hdu>> {
+pub(crate) fn read(path: &Path) -> Result<Vec<Hdu>> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
     if bytes.is_empty() {
         return Err(Error::format(path, "is empty, not a FITS file"));
@@ -73,13 +73,13 @@ fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), St
 }
 
 /// Writes the units one after the other.
-pub(super) fn write(path: &Path, units: Vec<Hdu>) -> Result<()> {
+pub(crate) fn write(path: &Path, units: Vec<Hdu>) -> Result<()> {
     let bytes = FitsFile { hdus: units }.to_bytes().map_err(|error| Error::write(path, error))?;
     std::fs::write(path, bytes).map_err(|error| Error::write(path, error))
 }
 
 /// Appends a number with all its digits (fitskit alone would keep 16 of 17).
-pub(super) fn push_f64(header: &mut Header, name: &str, value: f64, comment: &str) {
+pub(crate) fn push_f64(header: &mut Header, name: &str, value: f64, comment: &str) {
     push_number(header, name, &format!("{value:?}").to_ascii_uppercase(), comment);
 }
 
@@ -90,14 +90,14 @@ fn push_number(header: &mut Header, name: &str, digits: &str, comment: &str) {
 }
 
 /// Appends a short text.
-pub(super) fn push_text(header: &mut Header, name: &str, value: &str, comment: &str) {
+pub(crate) fn push_text(header: &mut Header, name: &str, value: &str, comment: &str) {
     debug_assert!(name.len() <= 8, "FITS keywords have at most 8 characters");
     header.push(Keyword::with_value(name, HeaderValue::String(ascii(value)), Some(comment)));
 }
 
 /// Appends the provenance: keywords `HALORAY` (version), `GITREV`, `SEED`, and the configuration
 /// as HISTORY, one card a line; a longer line goes on after a card that ends in `\`.
-pub(super) fn push_provenance(header: &mut Header, provenance: &Provenance) {
+pub(crate) fn push_provenance(header: &mut Header, provenance: &Provenance) {
     push_text(header, "HALORAY", &provenance.version, "version of haloray");
     push_text(header, "GITREV", &provenance.git_revision, "git revision of haloray");
     if let Some(seed) = provenance.seed {
@@ -127,7 +127,7 @@ fn ascii(text: &str) -> String {
 }
 
 /// The number under a keyword, if it is there; it must be finite.
-pub(super) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<f64>> {
+pub(crate) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<f64>> {
     let Some(keyword) = header.find(name) else { return Ok(None) };
     match keyword.value.as_ref().and_then(HeaderValue::as_float) {
         Some(value) if value.is_finite() => Ok(Some(value)),
@@ -139,7 +139,7 @@ pub(super) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<
 }
 
 /// True for the extension of that name; FITS does not tell upper from lower case here.
-pub(super) fn is_called(unit: &Hdu, name: &str) -> bool {
+pub(crate) fn is_called(unit: &Hdu, name: &str) -> bool {
     unit.header.get_string("EXTNAME").is_some_and(|found| found.eq_ignore_ascii_case(name))
 }
 

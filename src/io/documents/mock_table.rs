@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::table::{Column, Table, Values};
 use crate::error::{Error, Result};
+use crate::io::containers::{Column, Table, Values};
 use crate::mock::MockSystem;
 
 /// HDF5 group and FITS extension of catalogues.

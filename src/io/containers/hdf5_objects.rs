@@ -7,8 +7,9 @@ use hdf5::plist::group_create::LinkCreationOrder;
 use hdf5::types::{FixedAscii, FixedUnicode, StringError, TypeDescriptor, VarLenAscii, VarLenUnicode};
 use hdf5::{Container, Dataset, File, Group, IndexType, IterationOrder, Location, MinorErrorCode};
 
+use super::attribute::AttributeValue;
+use super::provenance::Provenance;
 use super::table::Values;
-use super::{AttributeValue, Provenance};
 use crate::error::{Error, Result};
 
 /// Values in one compressed chunk: 1 MiB of f64.
@@ -19,7 +20,7 @@ const DEFLATE_LEVEL: u8 = 4;
 const LONGEST_FIXED: usize = 1024;
 
 /// Creates an empty file without times in it, replacing a former one.
-pub(super) fn create(path: &Path) -> Result<File> {
+pub(crate) fn create(path: &Path) -> Result<File> {
     File::with_options()
         .with_fcpl(|p| p.obj_track_times(false).link_creation_order(LinkCreationOrder::Indexed))
         .create(path)
@@ -27,7 +28,7 @@ pub(super) fn create(path: &Path) -> Result<File> {
 }
 
 /// Opens a file for reading.
-pub(super) fn open(path: &Path) -> Result<File> {
+pub(crate) fn open(path: &Path) -> Result<File> {
     let read_error = |source| Error::Read { path: path.into(), source };
     let length = std::fs::File::open(path).and_then(|file| file.metadata()).map_err(read_error)?;
     if length.is_dir() {
@@ -40,12 +41,12 @@ pub(super) fn open(path: &Path) -> Result<File> {
 }
 
 /// Flushes and closes a file; a full disk must not go unseen in a destructor.
-pub(super) fn close(path: &Path, file: File) -> Result<()> {
+pub(crate) fn close(path: &Path, file: File) -> Result<()> {
     file.flush().and_then(|()| file.close()).map_err(|error| Error::write(path, reason(&error)))
 }
 
 /// The group of that name (`"a/b"` for one inside another), created where missing.
-pub(super) fn group_or_new(path: &Path, file: &File, name: &str) -> Result<Group> {
+pub(crate) fn group_or_new(path: &Path, file: &File, name: &str) -> Result<Group> {
     let failed = |error: hdf5::Error| Error::write(path, format!("group {name}: {}", reason(&error)));
     let mut group = file.group("/").map_err(failed)?;
     for part in name.split('/').filter(|part| !part.is_empty()) {
@@ -61,7 +62,7 @@ pub(super) fn group_or_new(path: &Path, file: &File, name: &str) -> Result<Group
 }
 
 /// Names in a group, in the order of creation where the file keeps it.
-pub(super) fn member_names(path: &Path, group: &Group) -> Result<Vec<String>> {
+pub(crate) fn member_names(path: &Path, group: &Group) -> Result<Vec<String>> {
     group
         .member_names_by(IndexType::CreationOrder, IterationOrder::Increasing)
         .or_else(|_| group.member_names())
@@ -69,7 +70,7 @@ pub(super) fn member_names(path: &Path, group: &Group) -> Result<Vec<String>> {
 }
 
 /// Writes numbers of the given shape (rows first), shuffled and deflated.
-pub(super) fn write_f64(
+pub(crate) fn write_f64(
     path: &Path,
     group: &Group,
     name: &str,
@@ -80,7 +81,7 @@ pub(super) fn write_f64(
 }
 
 /// Writes numbers of any type of the given shape (rows first), shuffled and deflated.
-pub(super) fn write_numbers<T: hdf5::H5Type>(
+pub(crate) fn write_numbers<T: hdf5::H5Type>(
     path: &Path,
     group: &Group,
     name: &str,
@@ -135,7 +136,7 @@ fn chunk_shape(shape: &[usize]) -> Vec<usize> {
 
 /// Writes text, one value a row, as UTF-8 of fixed length; only texts over [`LONGEST_FIXED`] bytes
 /// are stored with variable length, which libhdf5 1.10 can crash on when the file is damaged.
-pub(super) fn write_text(path: &Path, group: &Group, name: &str, text: &[String]) -> Result<Dataset> {
+pub(crate) fn write_text(path: &Path, group: &Group, name: &str, text: &[String]) -> Result<Dataset> {
     refuse_name(path, group, name)?;
     let width = text.iter().map(String::len).max().unwrap_or(0).max(1);
     let is_fixed = width <= LONGEST_FIXED;
@@ -170,7 +171,7 @@ where
 }
 
 /// The numbers or text in a dataset, in the order of the file.
-pub(super) fn read_values(path: &Path, container: &Container) -> Result<Values> {
+pub(crate) fn read_values(path: &Path, container: &Container) -> Result<Values> {
     let kind = container.dtype().and_then(|dtype| dtype.to_descriptor());
     let values = match kind.map_err(|error| damaged(path, &error))? {
         TypeDescriptor::Float(_) => container.read_raw().map(Values::F64),
@@ -204,7 +205,7 @@ fn text<T: hdf5::H5Type + AsRef<[u8]>>(container: &Container) -> hdf5::Result<Va
 }
 
 /// Attaches an attribute to a file, group or dataset.
-pub(super) fn write_attribute(path: &Path, to: &Location, name: &str, value: &AttributeValue) -> Result<()> {
+pub(crate) fn write_attribute(path: &Path, to: &Location, name: &str, value: &AttributeValue) -> Result<()> {
     let failed = |problem: String| Error::write(path, format!("attribute {name}: {problem}"));
     let written = match value {
         AttributeValue::F64(value) => to.new_attr::<f64>().create(name).and_then(|a| a.write_scalar(value)),
@@ -219,7 +220,7 @@ pub(super) fn write_attribute(path: &Path, to: &Location, name: &str, value: &At
 }
 
 /// The attribute of that name, if there is one.
-pub(super) fn read_attribute(path: &Path, of: &Location, name: &str) -> Result<Option<AttributeValue>> {
+pub(crate) fn read_attribute(path: &Path, of: &Location, name: &str) -> Result<Option<AttributeValue>> {
     let names = of.attr_names().map_err(|error| damaged(path, &error))?;
     if !names.iter().any(|present| present == name) {
         return Ok(None);
@@ -240,7 +241,7 @@ pub(super) fn read_attribute(path: &Path, of: &Location, name: &str) -> Result<O
 }
 
 /// Stores the provenance as attributes of the root group.
-pub(super) fn write_provenance(path: &Path, file: &File, provenance: &Provenance) -> Result<()> {
+pub(crate) fn write_provenance(path: &Path, file: &File, provenance: &Provenance) -> Result<()> {
     let text = |value: &String| AttributeValue::Text(value.clone());
     write_attribute(path, file, "haloray_version", &text(&provenance.version))?;
     write_attribute(path, file, "git_revision", &text(&provenance.git_revision))?;
@@ -251,7 +252,7 @@ pub(super) fn write_provenance(path: &Path, file: &File, provenance: &Provenance
 }
 
 /// What a reader is told when HDF5 cannot make sense of a file.
-pub(super) fn damaged(path: &Path, error: &hdf5::Error) -> Error {
+pub(crate) fn damaged(path: &Path, error: &hdf5::Error) -> Error {
     if error.contains_minor(MinorErrorCode::NotHdf5) {
         Error::format(path, "is not an HDF5 file")
     } else if error.contains_minor(MinorErrorCode::Truncated) {

@@ -7,8 +7,9 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::atomic_file::{check_writable, folder_of};
+use super::provenance::Provenance;
+use super::staging::Staging;
 use super::table::{Column, Table, Values, is_exact};
-use super::{Provenance, Staging};
 use crate::error::{Error, Result, shortest};
 
 /// Reads a CSV table: lines that start with `#` and empty lines are skipped; spaces around fields,

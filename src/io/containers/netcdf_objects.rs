@@ -14,10 +14,10 @@ use super::hdf5_objects as objects;
 use crate::error::{Error, Result};
 
 /// A file with one attribute of the type that CLASS must have (see `data/netcdf/make_text16.py`).
-const TEXT16: &[u8] = include_bytes!("../../data/netcdf/text16.h5");
+const TEXT16: &[u8] = include_bytes!("../../../data/netcdf/text16.h5");
 
 /// The type of CLASS: 16 bytes of ASCII that end in a null byte.
-pub(super) fn text16(path: &Path) -> Result<Datatype> {
+pub(crate) fn text16(path: &Path) -> Result<Datatype> {
     let failed = |problem: String| Error::write(path, format!("the type of a dimension: {problem}"));
     let mut template = tempfile::NamedTempFile::new().map_err(|error| failed(error.to_string()))?;
     template.write_all(TEXT16).and_then(|()| template.flush()).map_err(|error| failed(error.to_string()))?;
@@ -27,7 +27,7 @@ pub(super) fn text16(path: &Path) -> Result<Datatype> {
 }
 
 /// A dimension of a group: its coordinates 0, 1, … and its number in the file.
-pub(super) fn write_dimension(
+pub(crate) fn write_dimension(
     path: &Path,
     group: &Group,
     text16: &Datatype,
@@ -52,7 +52,7 @@ pub(super) fn write_dimension(
 }
 
 /// A variable over dimensions of its group, slowest first.
-pub(super) fn write_variable<T: H5Type>(
+pub(crate) fn write_variable<T: H5Type>(
     path: &Path,
     group: &Group,
     name: &str,

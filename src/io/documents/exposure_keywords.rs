@@ -4,9 +4,9 @@ use std::path::Path;
 
 use fitskit::Header;
 
-use super::fits_file as fits;
 use crate::error::{Error, Result, require};
 use crate::imaging::PixelSampling;
+use crate::io::containers::fits_file as fits;
 
 /// What the header says about the exposure; a keyword that is absent is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

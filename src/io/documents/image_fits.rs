@@ -4,13 +4,11 @@ use std::path::Path;
 
 use fitskit::{Hdu, HduData, Header, HeaderValue, ImageData, PixelData};
 
-use super::Provenance;
-use super::atomic_file::write_atomically;
 use super::exposure_keywords::ExposureKeywords;
-use super::fits_file as fits;
 use super::image_wcs::{pixel_scale_arcsec as scale_of, push_wcs};
 use crate::error::{Error, Result, require};
 use crate::imaging::{Instrument, PixelSampling, Psf, SkyGrid};
+use crate::io::containers::{Provenance, fits_file as fits, write_atomically};
 
 /// A PSF kernel on the pixels of the image, row-major (y, x).
 #[derive(Debug, Clone, PartialEq)]

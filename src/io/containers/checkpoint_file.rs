@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::write_atomically;
+use super::atomic_file::write_atomically;
 use crate::error::{Error, Result};
 
 /// A state with the command it belongs to.

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::provenance::Provenance;
-use super::table::{Column, HALOES_GROUP, Table, Values};
 use crate::cosmology::Background;
 use crate::error::{Error, Result, shortest};
 use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
+use crate::io::containers::{Column, Provenance, Table, Values};
 
+/// Name of the HDF5 group or FITS extension with haloes.
+pub const HALOES_GROUP: &str = "haloes";
 /// The columns that mean something; all others are a user's own and are kept.
 const KNOWN: [&str; 8] = [
     "z",

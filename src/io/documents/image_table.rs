@@ -1,8 +1,8 @@
 //! Images of a point source, critical curves and caustics, as tables.
 
-use super::table::{Column, Table};
 use crate::diagnostics::{CriticalCurves, ImageKind, PointImage, PointImages};
 use crate::error::Result;
+use crate::io::containers::{Column, Table};
 
 /// One row an image: direction, kind, magnification with sign, inverse magnification tensor, delay.
 ///

@@ -1,0 +1,24 @@
+//! Formats that know nothing of lensing: tables, FITS, HDF5, netCDF; nothing half-written under its final name.
+
+mod atomic_file;
+mod attribute;
+mod checkpoint_file;
+pub(super) mod fits_file;
+pub(super) mod hdf5_objects;
+pub(super) mod netcdf_objects;
+mod provenance;
+mod run_file;
+mod staging;
+mod table;
+mod table_csv;
+mod table_file;
+mod table_fits;
+mod table_hdf5;
+
+pub use atomic_file::{check_writable, write_atomically};
+pub use attribute::AttributeValue;
+pub use checkpoint_file::{read_checkpoint, write_checkpoint};
+pub use provenance::Provenance;
+pub use run_file::RunFile;
+pub use staging::Staging;
+pub use table::{Column, Table, Values};

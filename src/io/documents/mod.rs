@@ -1,0 +1,26 @@
+//! What haloray's files say: haloes, rays, lens models, images and observations, runs, posteriors, catalogues.
+
+mod exposure_keywords;
+mod halo_table;
+mod image_fits;
+mod image_table;
+mod image_wcs;
+mod lens_model;
+mod mock_table;
+mod observation_file;
+mod posterior_file;
+mod ray_table;
+mod recovery_file;
+mod simulation_file;
+
+pub use exposure_keywords::ExposureKeywords;
+pub use halo_table::{HALOES_GROUP, halo_table, read_haloes, write_haloes};
+pub use image_fits::{ImageFile, PsfKernel};
+pub use image_table::{curve_table, image_table, kind_name};
+pub use lens_model::{LensModelFile, LensOfFile, read_lens_model};
+pub use mock_table::{CATALOGUE_GROUP, TrueShear, catalogue_table, read_truth_table, truth_table};
+pub use observation_file::read_observation;
+pub use posterior_file::{PosteriorVariable, read_posterior, write_posterior};
+pub use ray_table::{Points, RAYS_GROUP, ray_table, read_points};
+pub use recovery_file::{read_recovery, recovery_path, write_recovery};
+pub use simulation_file::{read_curves, write_curves, write_maps, write_simulation};
