@@ -6,10 +6,10 @@
 //! cargo run --release --example blind_starts
 
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
-use haloray::inference::convergence::ESS_LIMIT;
+use haloray::inference::diagnose::ESS_LIMIT;
 use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{CompiledModel, ModelDescription};
-use haloray::inference::sampler::{SamplerSettings, ValleySettings};
+use haloray::inference::sample::{SamplerSettings, ValleySettings};
 use haloray::inference::{Fit, FitSettings, Observation};
 use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
 use haloray::numerics::random::{Stage, stream};

@@ -9,11 +9,11 @@
 use std::path::Path;
 
 use haloray::imaging::PixelSampling;
-use haloray::inference::convergence::ESS_LIMIT;
+use haloray::inference::diagnose::ESS_LIMIT;
 use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{CompiledModel, ModelDescription};
-use haloray::inference::sampler::{Problem, SamplerRun, SamplerSettings, StretchSettings, ValleySettings};
-use haloray::inference::{DrawStatistics, Fit, FitSettings};
+use haloray::inference::sample::{Problem, SamplerSettings, StretchSettings, ValleySettings};
+use haloray::inference::{DrawStatistics, Fit, FitSettings, SamplerRun};
 use haloray::io::{CATALOGUE_GROUP, Table, Values, read_observation};
 use haloray::{Error, Result};
 

@@ -2,15 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::climb::{Maximum, to_the_top};
-use super::convergence::Convergence;
-use super::draws::DrawStatistics;
-use super::image_likelihood::{ImageLikelihood, ModelImage};
-use super::likelihood::LikelihoodKind;
+use super::diagnose::{Convergence, DrawStatistics};
+use super::likelihood::{ImageLikelihood, LikelihoodKind, ModelImage, Observation};
 use super::model::{CompiledModel, Mesh};
-use super::observation::Observation;
-use super::sampler::{Chains, Evidence, Problem, Progress, SamplerRun, SamplerSettings};
-use super::start::{climb_from, find_start};
+use super::optimise::{Maximum, climb_from, find_start, to_the_top};
+use super::run::{RunStatus, SamplerRun};
+use super::sample::{Chains, Evidence, Problem, SamplerSettings};
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
 use crate::mapping::tidal::LineOfSightModel;
@@ -24,7 +21,7 @@ pub struct FitSettings {
     pub pixel_sampling: PixelSampling,
     /// The sampler and its settings.
     pub sampler: SamplerSettings,
-    /// Effective draws of every quantity before which sampling goes on, [`ESS_LIMIT`](super::convergence::ESS_LIMIT) or more.
+    /// Effective draws of every quantity before which sampling goes on, [`ESS_LIMIT`](super::diagnose::ESS_LIMIT) or more.
     pub min_ess: f64,
     /// Seed of everything random.
     pub seed: u64,
@@ -36,7 +33,7 @@ pub enum Stage<'a> {
     /// Looking for a start.
     Searching,
     /// Sampling; the run may be saved.
-    Sampling(&'a SamplerRun, &'a Progress),
+    Sampling(&'a SamplerRun, &'a RunStatus),
 }
 
 /// What is told of one quantity.
@@ -82,7 +79,7 @@ pub struct Fit {
     /// The draws that count, in latent coordinates.
     pub chains: Chains,
     /// How the sampling ended.
-    pub progress: Progress,
+    pub progress: RunStatus,
     /// The evidence, of nested sampling.
     pub evidence: Option<Evidence>,
     /// One line a fitted or derived quantity.
@@ -132,7 +129,7 @@ impl Fit {
         settings: FitSettings,
         start: Maximum,
         run: SamplerRun,
-        progress: Progress,
+        progress: RunStatus,
     ) -> Result<Self> {
         let drawn = best_draw(run.chains()).and_then(|latent| to_the_top(&likelihood, latent.to_vec()));
         let climbed = start.evaluations + drawn.as_ref().map_or(0, |top| top.evaluations);
@@ -194,7 +191,7 @@ fn refine_mesh(likelihood: &mut ImageLikelihood, start: &mut Maximum, seed: u64)
     /// The maximum moves when the mesh does; twice is enough for it to settle.
     const ROUNDS: usize = 2;
     for _ in 0..ROUNDS {
-        likelihood.mesh = likelihood.adaptive_mesh(start, seed)?;
+        likelihood.mesh = likelihood.adaptive_mesh(&start.latent, &start.metric, seed)?;
         let evaluations = start.evaluations;
         *start = climb_from(likelihood, start.latent.clone())?;
         start.evaluations += evaluations;

@@ -4,9 +4,9 @@ use nalgebra::Complex;
 
 use crate::error::Result;
 use crate::imaging::{Exposure, Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
-use crate::inference::convergence::ESS_LIMIT;
+use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
-use crate::inference::sampler::SamplerSettings;
+use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, FitStage, Observation};
 use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
 use crate::numerics::random::Stage;

@@ -5,9 +5,9 @@ use std::time::Instant;
 use super::one_core_each::one_core_each;
 use crate::error::Result;
 use crate::imaging::PixelSampling;
-use crate::inference::convergence::ESS_LIMIT;
+use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
-use crate::inference::sampler::SamplerSettings;
+use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, Observation};
 use crate::mock::ShearRecovery;
 

@@ -6,9 +6,9 @@ use super::simulate::Simulation;
 use super::view::View;
 use crate::error::Result;
 use crate::imaging::Psf;
-use crate::inference::convergence::ESS_LIMIT;
+use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, LightDescription, ModelDescription, ParameterRule};
-use crate::inference::sampler::{SamplerSettings, ValleySettings};
+use crate::inference::sample::{SamplerSettings, ValleySettings};
 use crate::inference::{Fit, FitSettings, FitStage, Observation, Prior};
 
 /// One image of a run fitted with one model.

@@ -1,13 +1,13 @@
 //! Samplers on posteriors with known answers: moments, evidence, agreement, threads, interruption.
 
 use crate::targets::{Banana, Gorge, Normal, Nowhere, PEAK, Truncated, TwoPeaks, by_quadrature};
-use haloray::inference::LatentLikelihood;
-use haloray::inference::sampler::{
-    EnsembleSliceSettings, NestedSettings, NutsSettings, Problem, Progress, SamplerRun, SamplerSettings,
-    StretchSettings, ValleySettings,
+use haloray::inference::sample::{
+    EnsembleSliceSettings, NestedSettings, NutsSettings, Problem, SamplerSettings, StretchSettings,
+    ValleySettings,
 };
+use haloray::inference::{LatentLikelihood, RunStatus, SamplerRun};
 
-fn run(settings: SamplerSettings, problem: &Problem, seed: u64) -> (SamplerRun, Progress) {
+fn run(settings: SamplerSettings, problem: &Problem, seed: u64) -> (SamplerRun, RunStatus) {
     let mut run = SamplerRun::start(&settings, seed, problem).unwrap();
     let progress = run.finish(problem.likelihood, &|z| z.to_vec(), |_, _| Ok(())).unwrap();
     (run, progress)
@@ -32,7 +32,7 @@ fn all_samplers() -> [SamplerSettings; 5] {
 }
 
 /// Mean and standard deviation of every coordinate, with the effective number of draws.
-fn moments(run: &SamplerRun, progress: &Progress) -> Vec<(f64, f64, f64)> {
+fn moments(run: &SamplerRun, progress: &RunStatus) -> Vec<(f64, f64, f64)> {
     (0..run.chains().dimension)
         .map(|i| {
             let draws = run.chains().coordinate(i).concat();

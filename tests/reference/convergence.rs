@@ -1,7 +1,7 @@
 //! R-hat and effective sizes against ArviZ, autocorrelation times against emcee.
 
 use crate::oracle_table::{Agreement, Reference};
-use haloray::inference::convergence::{Convergence, autocorrelation_time};
+use haloray::inference::diagnose::{Convergence, autocorrelation_time};
 
 /// Φ⁻¹ of two libraries, and sums of up to 8000 terms in another order.
 const TOLERANCE: f64 = 1e-9;

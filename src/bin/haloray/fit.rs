@@ -7,14 +7,13 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use haloray::imaging::PixelSampling;
-use haloray::inference::convergence::ESS_LIMIT;
+use haloray::inference::diagnose::ESS_LIMIT;
 use haloray::inference::likelihood::LikelihoodKind;
 use haloray::inference::model::{BUILT_IN, CompiledModel, ModelDescription};
-use haloray::inference::sampler::{
-    EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerRun, SamplerSettings, StretchSettings,
-    ValleySettings,
+use haloray::inference::sample::{
+    EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
-use haloray::inference::{Fit, FitSettings, FitStage};
+use haloray::inference::{Fit, FitSettings, FitStage, SamplerRun};
 use haloray::io::{Provenance, Staging, read_checkpoint, read_observation, write_checkpoint};
 use haloray::monitor::Monitor as _;
 use haloray::report::{FitSummary, write_fit};

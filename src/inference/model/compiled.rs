@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::description::{LightDescription, ModelDescription, ParameterRule, ProfileDescription};
 use crate::error::{Error, Result};
-use crate::inference::prior::Prior;
+use crate::inference::parameter::Prior;
 use crate::mapping::tidal::{LineOfSightKind, LineOfSightModel};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{MassKind, MassModel};

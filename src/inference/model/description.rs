@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
 use crate::inference::likelihood::LikelihoodKind;
-use crate::inference::prior::Prior;
+use crate::inference::parameter::Prior;
 use crate::mapping::tidal::LineOfSightKind;
 
 /// What a parameter is: a number, another parameter's name, or a prior.

@@ -5,7 +5,7 @@ use std::path::Path;
 use hdf5::{Datatype, File, Group};
 
 use crate::error::{Error, Result};
-use crate::inference::sampler::{Chain, Chains};
+use crate::inference::sample::{Chain, Chains};
 use crate::io::containers::{
     AttributeValue, Provenance, Values, hdf5_objects as objects, netcdf_objects as netcdf,
 };

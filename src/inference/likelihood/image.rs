@@ -1,0 +1,363 @@
+//! An image, a compiled model and a mesh as a likelihood over latent coordinates, with gradient and Fisher matrix.
+
+use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, Dyn};
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::amplitudes::{By, ImageFit, LikelihoodKind, combine, informations};
+use super::latent::{Curvature, LatentLikelihood};
+use super::observation::Observation;
+use crate::error::{Error, Result};
+use crate::inference::model::{CompiledModel, Evaluation, Mesh};
+use crate::numerics::random::{self, stream};
+
+/// The likelihood of an observation under a model.
+#[derive(Debug, Clone)]
+pub struct ImageLikelihood {
+    /// The image.
+    pub observation: Observation,
+    /// The model.
+    pub model: CompiledModel,
+    /// Which likelihood.
+    pub kind: LikelihoodKind,
+    /// Where the pixels are sampled.
+    pub mesh: Mesh,
+}
+
+/// What a model predicts for the image.
+#[derive(Debug, Clone)]
+pub struct ModelImage {
+    /// Amplitudes of the lights, sources first.
+    pub amplitudes: Vec<f64>,
+    /// Model flux, e⁻/s per pixel.
+    pub model_e_s: Vec<f64>,
+    /// Each light alone.
+    pub lights_e_s: Vec<Vec<f64>>,
+    /// ln L.
+    pub log_likelihood: f64,
+}
+
+impl ImageLikelihood {
+    /// Unit-amplitude images of the lights.
+    fn lights(&self, at: &Evaluation) -> Vec<Vec<f64>> {
+        let n = self.observation.grid.pixels();
+        let samples = at.brightness(&self.mesh);
+        samples.iter().map(|b| self.observation.psf.convolve(&self.mesh.integrate(b), n)).collect()
+    }
+
+    fn fit(&self, free: &[f64], by: By) -> Option<(Evaluation<'_>, Vec<Vec<f64>>, ImageFit)> {
+        let at = self.model.evaluate(free).ok()?;
+        let lights = self.lights(&at);
+        let priors = &self.model.amplitude_priors;
+        let fit = self.kind.fit(&self.observation, &lights, priors, by)?;
+        fit.log_likelihood.is_finite().then_some((at, lights, fit))
+    }
+
+    /// The model image at values of the free parameters; `None` outside the domain of a profile.
+    pub fn image(&self, free: &[f64]) -> Option<ModelImage> {
+        let (_, lights, fit) = self.fit(free, By::Nothing)?;
+        let scaled = lights.iter().zip(&fit.amplitudes);
+        Some(ModelImage {
+            model_e_s: combine(&lights, &fit.amplitudes),
+            lights_e_s: scaled.map(|(light, a)| light.iter().map(|b| a * b).collect()).collect(),
+            log_likelihood: fit.log_likelihood,
+            amplitudes: fit.amplitudes,
+        })
+    }
+
+    /// (data − model)/σ of every pixel with σ² = max(model, 0)/t + σ_bg²; not a number where it is not used.
+    pub fn normalised_residuals(&self, model_e_s: &[f64]) -> Vec<f64> {
+        let observation = &self.observation;
+        let pixels = observation.data_e_s.iter().zip(model_e_s).zip(&observation.used);
+        let variance = |m: f64| m.max(0.0) / observation.exposure_s + observation.background_rms_e_s.powi(2);
+        pixels.map(|((d, m), used)| if *used { (d - m) / variance(*m).sqrt() } else { f64::NAN }).collect()
+    }
+
+    /// Pixels less fitted parameters and amplitudes, at least 1.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        let fitted = self.model.free.len() + self.model.lights();
+        (self.observation.pixels_in_use() as f64 - fitted as f64).max(1.0)
+    }
+
+    /// Sum of squared normalised residuals per degree of freedom.
+    pub fn chi2_reduced(&self, image: &ModelImage) -> f64 {
+        let residuals = self.normalised_residuals(&image.model_e_s);
+        residuals.iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>() / self.degrees_of_freedom()
+    }
+
+    /// ∂lnL/∂z from the adjoint images.
+    fn gradient(&self, at: &Evaluation, fit: &ImageFit, slopes: &[f64]) -> Vec<f64> {
+        let n = self.observation.grid.pixels();
+        let adjoint: Vec<Vec<f64>> = fit
+            .adjoint
+            .iter()
+            .map(|image| self.mesh.distribute(&self.observation.psf.convolve_transposed(image, n)))
+            .collect();
+        let by_free = at.pull_back(&self.mesh, &adjoint);
+        by_free.iter().zip(slopes).map(|(d, slope)| d * slope).collect()
+    }
+
+    /// A mesh that integrates every pixel to 1% of its noise at the start and at models scattered around it as its metric
+    /// says.
+    ///
+    /// # Errors
+    /// A metric that is not positive definite.
+    pub(in crate::inference) fn adaptive_mesh(
+        &self,
+        start: &[f64],
+        metric: &DMatrix<f64>,
+        seed: u64,
+    ) -> Result<Mesh> {
+        const TOLERANCE_OF_NOISE: f64 = 0.01;
+        const MODELS: usize = 4;
+        let indefinite =
+            || Error::out_of_range("the Fisher matrix at the start", "indefinite", "positive definite");
+        let factor = metric.clone().cholesky().ok_or_else(indefinite)?;
+        let mut rng = stream(seed, 0, random::Stage::Mesh, 0);
+        let mut models = Vec::new();
+        for i in 0..MODELS {
+            let normal = DVector::from_fn(start.len(), |_, _| StandardNormal.sample(&mut rng));
+            let scatter = factor.l().tr_solve_lower_triangular(&normal).ok_or_else(indefinite)?;
+            let spread = if i == 0 { 0.0 } else { 1.5 };
+            let latent: Vec<f64> = start.iter().zip(scatter.iter()).map(|(z, s)| z + spread * s).collect();
+            let free = self.model.at_latent(&latent).0;
+            models.extend(self.fit(&free, By::Nothing).map(|(_, _, fit)| (free, fit.amplitudes)));
+        }
+        let image = self.image(&self.model.at_latent(start).0);
+        let image = image.ok_or_else(|| {
+            Error::out_of_range("the start", "without an image", "a model that can be evaluated")
+        })?;
+        let [information, _] = informations(&self.observation, &image.model_e_s);
+        let coarsest = self.observation.background_rms_e_s;
+        let noise = |f: f64| if f > 0.0 { f.sqrt().recip() } else { coarsest };
+        let tolerance: Vec<f64> = information.into_iter().map(|f| TOLERANCE_OF_NOISE * noise(f)).collect();
+        Ok(Mesh::adaptive(&self.observation.grid, &tolerance, |points| {
+            let points = Mesh::at_points(points);
+            let of = |(free, amplitudes): &(Vec<f64>, Vec<f64>)| {
+                let at = self.model.evaluate(free).ok()?;
+                Some(combine(&at.brightness(&points), amplitudes))
+            };
+            models.par_iter().filter_map(of).collect()
+        }))
+    }
+
+    /// β of every sample of the mesh at values of the free parameters.
+    pub fn source_positions(&self, free: &[f64]) -> Option<Vec<[f64; 2]>> {
+        Some(self.model.evaluate(free).ok()?.source_positions(&self.mesh))
+    }
+}
+
+impl LatentLikelihood for ImageLikelihood {
+    fn dimension(&self) -> usize {
+        self.model.free.len()
+    }
+
+    fn log_likelihood(&self, latent: &[f64]) -> f64 {
+        let (free, _) = self.model.at_latent(latent);
+        self.fit(&free, By::Nothing).map_or(f64::NEG_INFINITY, |(_, _, fit)| fit.log_likelihood)
+    }
+
+    fn log_likelihood_gradient(&self, latent: &[f64], gradient: &mut [f64]) -> f64 {
+        let (free, slopes) = self.model.at_latent(latent);
+        let Some((at, _, fit)) = self.fit(&free, By::Light) else { return f64::NEG_INFINITY };
+        gradient.copy_from_slice(&self.gradient(&at, &fit, &slopes));
+        fit.log_likelihood
+    }
+
+    fn curvature(&self, latent: &[f64]) -> Option<Curvature> {
+        let (free, slopes) = self.model.at_latent(latent);
+        let (at, lights, fit) = self.fit(&free, By::Model)?;
+        let [information, _] = informations(&self.observation, &combine(&lights, &fit.amplitudes));
+        let root: Vec<f64> = information.iter().map(|f| f.sqrt()).collect();
+        let (n, pixels) = (self.observation.grid.pixels(), root.len());
+        let mut gradient = -DVector::from_column_slice(latent);
+        // Columns ∂m/∂p, then B, each times √f.
+        let mut columns = vec![0.0; pixels * (slopes.len() + lights.len())];
+        let (of_free, of_lights) = columns.split_at_mut(pixels * slopes.len());
+        let samples = at.columns(&self.mesh, &fit.amplitudes);
+        for (i, (samples, column)) in samples.iter().zip(of_free.chunks_exact_mut(pixels)).enumerate() {
+            self.observation.psf.convolve_into(&self.mesh.integrate(samples), n, column);
+            gradient[i] += slopes[i] * dot(&fit.adjoint[0], column);
+            column.iter_mut().zip(&root).for_each(|(v, root)| *v *= root);
+        }
+        for (light, column) in lights.iter().zip(of_lights.chunks_exact_mut(pixels)) {
+            column.iter_mut().zip(light.iter().zip(&root)).for_each(|(v, (b, root))| *v = b * root);
+        }
+        let mut fisher = gram(&columns, pixels);
+        let (p, k) = (slopes.len(), fit.amplitudes.len());
+        for (j, [_, sd]) in self.model.amplitude_priors.iter().enumerate() {
+            fisher[(p + j, p + j)] += 1.0 / (sd * sd);
+        }
+        let amplitudes = fisher.view((p, p), (k, k)).into_owned().cholesky()?;
+        let mixed = fisher.view((0, p), (p, k)).into_owned();
+        let mut metric =
+            fisher.view((0, 0), (p, p)).into_owned() - &mixed * amplitudes.solve(&mixed.transpose());
+        for i in 0..p {
+            for j in 0..p {
+                metric[(i, j)] *= slopes[i] * slopes[j];
+            }
+            metric[(i, i)] += 1.0;
+        }
+        let log_posterior = fit.log_likelihood - 0.5 * latent.iter().map(|z| z * z).sum::<f64>();
+        Some(Curvature { log_posterior, gradient, metric: (&metric + metric.transpose()) * 0.5 })
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
+}
+
+/// AᵀA of the columns A, each of `rows` numbers.
+fn gram(columns: &[f64], rows: usize) -> DMatrix<f64> {
+    let count = columns.len() / rows;
+    let transposed =
+        DMatrixView::from_slice_with_strides_generic(columns, Dyn(count), Dyn(rows), Dyn(rows), Dyn(1));
+    transposed * DMatrixView::from_slice(columns, rows, count)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::imaging::{Psf, SkyGrid};
+    use crate::inference::model::ModelDescription;
+    use crate::numerics::random::{self, stream};
+    use crate::profile::mass::derivative_checks::derivative;
+
+    fn likelihood(name: &str, kind: LikelihoodKind) -> ImageLikelihood {
+        let model = CompiledModel::new(&ModelDescription::built_in(name).unwrap()).unwrap();
+        let grid = SkyGrid::new(21, 0.16).unwrap();
+        let psf = Psf::gaussian(0.2, 3.0, 0.16).unwrap();
+        let n = grid.pixels() * grid.pixels();
+        let mut used = vec![true; n];
+        used[40..60].fill(false);
+        let observation = Observation {
+            grid,
+            data_e_s: vec![0.0; n],
+            used,
+            background_rms_e_s: 0.006,
+            exposure_s: 5400.0,
+            psf,
+        };
+        let mesh = Mesh::of_centres(&observation.grid);
+        let mut likelihood = ImageLikelihood { observation, model, kind, mesh };
+        // The data: the model at one prior draw near the middle with amplitudes of a bright system, plus noise.
+        let free = likelihood.model.at_latent(&near_the_middle(&likelihood, 0)).0;
+        let at = likelihood.model.evaluate(&free).unwrap();
+        let amplitudes: Vec<f64> = (0..likelihood.model.lights()).map(|j| 3.0 + 2.0 * j as f64).collect();
+        let image = combine(&likelihood.lights(&at), &amplitudes);
+        let mut rng = stream(3, 0, random::Stage::NoiseImage, 0);
+        likelihood.observation.data_e_s = image
+            .into_iter()
+            .map(|m| {
+                m + 0.006 * {
+                    let e: f64 = StandardNormal.sample(&mut rng);
+                    e
+                }
+            })
+            .collect();
+        likelihood
+    }
+
+    /// A draw of the prior, with radii of a lens that fits the image.
+    fn near_the_middle(likelihood: &ImageLikelihood, number: u64) -> Vec<f64> {
+        let mut rng = stream(5, number, random::Stage::Start, 0);
+        let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
+        likelihood
+            .model
+            .free
+            .iter()
+            .map(|p| match p.name.rsplit('.').next().unwrap() {
+                "theta_E" => p.prior.to_latent(1.0 + 0.1 * random()),
+                "R_sersic" => p.prior.to_latent(0.4 * (0.2 * random()).exp()),
+                _ => random(),
+            })
+            .collect()
+    }
+
+    /// Differences with the step at which they change least.
+    fn settled_derivative(f: impl Fn(f64) -> f64, x: f64) -> f64 {
+        let by_step = [1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6].map(|step| derivative(&f, x, step));
+        let change = |i: &usize| (by_step[*i] - by_step[i - 1]).abs();
+        let settled = (1..by_step.len()).min_by(|a, b| change(a).total_cmp(&change(b)));
+        by_step[settled.unwrap_or(0)]
+    }
+
+    /// The bound on the gradient.
+    const GRADIENT: f64 = 1e-7;
+
+    #[test]
+    fn the_gradient_is_that_of_the_log_posterior() {
+        for name in ["simple-full", "simple-minimal", "tidal-minimal", "tidal-flexion"] {
+            for kind in [LikelihoodKind::Gaussian, LikelihoodKind::Lenstronomy] {
+                let likelihood = likelihood(name, kind);
+                let n = likelihood.dimension();
+                (0..100).into_par_iter().for_each(|number| {
+                    let z = near_the_middle(&likelihood, number);
+                    let mut gradient = vec![0.0; n];
+                    let value = likelihood.log_likelihood_gradient(&z, &mut gradient);
+                    assert_eq!(value, likelihood.log_likelihood(&z));
+                    for i in 0..n {
+                        let moved = |v: f64| {
+                            let mut z = z.clone();
+                            z[i] = v;
+                            likelihood.log_likelihood(&z)
+                        };
+                        let want = settled_derivative(moved, z[i]);
+                        assert!(
+                            (gradient[i] - want).abs()
+                                <= GRADIENT * (want.abs() + 1e-3 * value.abs().max(1.0)),
+                            "{name} {kind:?} {}: {:e}, differences {want:e}",
+                            likelihood.model.free[i].name,
+                            gradient[i]
+                        );
+                    }
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn the_metric_is_the_curvature_at_a_noise_free_maximum() {
+        let mut likelihood = likelihood("tidal-minimal", LikelihoodKind::Gaussian);
+        let z = near_the_middle(&likelihood, 0);
+        let free = likelihood.model.at_latent(&z).0;
+        likelihood.observation.data_e_s = likelihood.image(&free).unwrap().model_e_s;
+        let metric = likelihood.curvature(&z).unwrap().metric;
+        let n = likelihood.dimension();
+        for i in 0..n {
+            let by_i = |v: f64, j: usize| {
+                let mut z = z.clone();
+                z[i] = v;
+                let mut gradient = vec![0.0; n];
+                likelihood.log_likelihood_gradient(&z, &mut gradient);
+                z[j] - gradient[j]
+            };
+            for j in 0..n {
+                let want = derivative(|v| by_i(v, j), z[i], 1e-4);
+                let scale = (metric[(i, i)] * metric[(j, j)]).sqrt();
+                // The determinant's own curvature is left out of a Fisher matrix: 1e-3 of the whole.
+                assert!((metric[(i, j)] - want).abs() < 5e-3 * scale, "{i} {j}: {} {want}", metric[(i, j)]);
+            }
+        }
+    }
+
+    #[test]
+    fn the_gradient_that_goes_with_the_metric_is_nearly_exact() {
+        for kind in [LikelihoodKind::Gaussian, LikelihoodKind::Lenstronomy] {
+            let likelihood = likelihood("tidal-minimal", kind);
+            let z = near_the_middle(&likelihood, 0);
+            let curvature = likelihood.curvature(&z).unwrap();
+            let mut exact = vec![0.0; z.len()];
+            let value = likelihood.log_likelihood_gradient(&z, &mut exact);
+            let square: f64 = z.iter().map(|z| z * z).sum();
+            assert!((curvature.log_posterior - (value - 0.5 * square)).abs() < 1e-9 * value.abs());
+            for (i, exact) in exact.iter().enumerate() {
+                let off = curvature.gradient[i] - (exact - z[i]);
+                let deviation = curvature.metric[(i, i)].sqrt().recip();
+                assert!((off * deviation).abs() < 0.1, "{kind:?} {i}: {off:e} of {exact:e}");
+            }
+        }
+    }
+}

@@ -1,0 +1,336 @@
+//! Curved valleys of a posterior: the *floor*, where the well-measured directions have their highest density while the
+//! others are held.
+//!
+//! With z = o + S s + T t, S the directions the data hardly measure and T those they measure well (orthonormal, from the
+//! Fisher matrix at o), the floor t̂(s) = argmax_t ln p(s, t) bends by many widths of t where s moves by one of its own.
+//! It is found by Gauss–Newton, whose last step also gives the normal distribution of t about it.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::expansion::{ConditionalMaximum, Expansion};
+use crate::inference::bits;
+use crate::inference::likelihood::{Curvature, LatentLikelihood};
+
+/// Slow and stiff directions about an origin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Axes {
+    #[serde(with = "bits::matrix")]
+    origin: DVector<f64>,
+    #[serde(with = "bits::matrix")]
+    slow: DMatrix<f64>,
+    #[serde(with = "bits::matrix")]
+    stiff: DMatrix<f64>,
+}
+
+impl Axes {
+    /// The `slow` widest principal axes of the metric, and the rest.
+    pub fn split(origin: &[f64], metric: &DMatrix<f64>, slow: usize) -> Self {
+        let eigen = metric.clone().symmetric_eigen();
+        let mut order: Vec<usize> = (0..origin.len()).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        let columns =
+            |of: &[usize]| DMatrix::from_fn(origin.len(), of.len(), |i, j| eigen.eigenvectors[(i, of[j])]);
+        let (slow, stiff) = order.split_at(slow);
+        Self { origin: DVector::from_column_slice(origin), slow: columns(slow), stiff: columns(stiff) }
+    }
+
+    /// The same with one stiff direction taken as slow.
+    pub fn follow(mut self, direction: usize) -> Self {
+        let followed = self.stiff.column(direction).into_owned();
+        let slow = self.slow.ncols();
+        self.slow = self.slow.insert_column(slow, 0.0);
+        self.slow.set_column(slow, &followed);
+        self.stiff = self.stiff.remove_column(direction);
+        self
+    }
+
+    /// Number of principal axes wider than `width`.
+    pub fn wider_than(width: f64, metric: &DMatrix<f64>) -> usize {
+        metric.symmetric_eigenvalues().iter().filter(|value| value.sqrt() * width < 1.0).count()
+    }
+
+    /// Number of coordinates s.
+    pub fn slow_dimension(&self) -> usize {
+        self.slow.ncols()
+    }
+
+    /// Number of coordinates t.
+    pub fn stiff_dimension(&self) -> usize {
+        self.stiff.ncols()
+    }
+
+    /// z.
+    pub fn at(&self, s: &DVector<f64>, t: &DVector<f64>) -> DVector<f64> {
+        &self.origin + &self.slow * s + &self.stiff * t
+    }
+
+    /// The floor at s, sought from `guess`; `None` where it is not reached with `most` curvatures, which
+    /// `evaluations` counts.
+    pub fn floor(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        s: &DVector<f64>,
+        guess: DVector<f64>,
+        most: u64,
+        evaluations: &mut u64,
+    ) -> Option<ConditionalMaximum> {
+        self.search(likelihood, s, guess, most, evaluations)?.ok()
+    }
+
+    /// The same; where the floor is not reached, what Laplace's method says about the highest point met, as the error.
+    pub fn search(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        s: &DVector<f64>,
+        guess: DVector<f64>,
+        most: u64,
+        evaluations: &mut u64,
+    ) -> Option<Result<ConditionalMaximum, ConditionalMaximum>> {
+        /// Distance in standard deviations from which one more step of the expansion is exact enough: the error of ln p is
+        /// of third order in it.
+        const NEAR: f64 = 0.5;
+        /// After a step that gains less of what the expansion promises, the next is damped as much.
+        const GOOD: f64 = 0.5;
+        const LEAST_DAMPING: f64 = 1e-2;
+        /// Steps so damped that lead down have met a kink.
+        const KINK_DAMPING: f64 = 10.0;
+        const MOST_DAMPING: f64 = 1e4;
+        *evaluations += 1;
+        let mut here = self.expand(likelihood, s, guess)?;
+        // The nearest point met on the other side of a kink.
+        let mut across: Option<Expansion> = None;
+        let (mut damping, mut left) = (0.0, most);
+        loop {
+            let ridge = across.as_ref().and_then(|across| here.ridge(across));
+            across = across.filter(|_| ridge.is_some());
+            let model = ridge.as_ref().unwrap_or(&here);
+            let newton = model.step(0.0)?;
+            if model.distance(&newton) < NEAR {
+                return model.floor(&newton).map(Ok);
+            }
+            if left == 0 || damping > MOST_DAMPING {
+                return here.floor(&DVector::zeros(newton.len())).map(Err);
+            }
+            left -= 1;
+            *evaluations += 1;
+            let step = if damping == 0.0 { newton } else { model.step(damping)? };
+            let (t, promised) = (&here.t + &step, model.gain(&step));
+            let harder = f64::max(10.0 * damping, LEAST_DAMPING);
+            // The value alone refuses most steps that are still too long, at a fifth of the cost.
+            let is_trial = across.is_none() && damping > 0.0 && damping < KINK_DAMPING;
+            if is_trial && self.log_density(likelihood, s, &t) <= here.log_density {
+                damping = harder;
+                continue;
+            }
+            let there = self.expand(likelihood, s, t);
+            let is_across = match (&there, &across) {
+                (Some(there), Some(across)) => here.is_crossed(there, across)?,
+                _ => false,
+            };
+            match there {
+                Some(there) if there.log_density > here.log_density => {
+                    let gain = there.log_density - here.log_density;
+                    let before = std::mem::replace(&mut here, there);
+                    across = if is_across { Some(before) } else { across };
+                    damping = match gain {
+                        gain if gain < GOOD * promised => damping,
+                        _ if damping > LEAST_DAMPING => 0.1 * damping,
+                        _ => 0.0,
+                    };
+                }
+                Some(there) if is_across => {
+                    let is_nearer = across.is_none_or(|across| there.log_density > across.log_density);
+                    damping = if is_nearer { damping } else { harder };
+                    across = Some(there);
+                }
+                Some(there) if across.is_none() && damping >= KINK_DAMPING => {
+                    across = Some(there);
+                    damping = 0.0;
+                }
+                _ => damping = harder,
+            }
+        }
+    }
+
+    fn log_density(&self, likelihood: &dyn LatentLikelihood, s: &DVector<f64>, t: &DVector<f64>) -> f64 {
+        let z = self.at(s, t);
+        likelihood.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared()
+    }
+
+    fn expand(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        s: &DVector<f64>,
+        t: DVector<f64>,
+    ) -> Option<Expansion> {
+        let Curvature { log_posterior, gradient, metric } =
+            likelihood.curvature(self.at(s, &t).as_slice())?;
+        let (by_slow, by_stiff) = (&metric * &self.slow, &metric * &self.stiff);
+        Some(Expansion {
+            log_density: log_posterior,
+            by_s: self.slow.tr_mul(&gradient),
+            by_t: self.stiff.tr_mul(&gradient),
+            slow: self.slow.tr_mul(&by_slow),
+            mixed: self.stiff.tr_mul(&by_slow),
+            stiff: self.stiff.tr_mul(&by_stiff),
+            t,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// b = a² ± 0.001 with N(0, 1) priors of a and b.
+    struct Parabola;
+
+    impl LatentLikelihood for Parabola {
+        fn dimension(&self) -> usize {
+            2
+        }
+
+        fn log_likelihood(&self, z: &[f64]) -> f64 {
+            -0.5 * ((z[1] - z[0] * z[0]) / 1e-3).powi(2)
+        }
+
+        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+            unreachable!("only curvatures are asked for")
+        }
+
+        fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+            let (offset, row) = ((z[1] - z[0] * z[0]) / 1e-6, DVector::from_vec(vec![-2.0 * z[0], 1.0]));
+            let z = DVector::from_column_slice(z);
+            Some(Curvature {
+                log_posterior: self.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared(),
+                gradient: &row * -offset - &z,
+                metric: &row * row.transpose() * 1e6 + DMatrix::identity(2, 2),
+            })
+        }
+    }
+
+    #[test]
+    fn the_floor_of_a_parabola_is_the_parabola() {
+        let metric = Parabola.curvature(&[0.0, 0.0]).unwrap().metric;
+        assert_eq!(Axes::wider_than(0.03, &metric), 1);
+        let axes = Axes::split(&[0.0, 0.0], &metric, 1);
+        for a in [-2.0, -0.5, 0.0, 1.0, 3.0] {
+            let s = DVector::from_vec(vec![a]);
+            let floor = axes.floor(&Parabola, &s, DVector::zeros(1), 30, &mut 0).unwrap();
+            let [x, y] = [0, 1].map(|i| axes.at(&s, &floor.stiff)[i]);
+            assert!((y - x * x).abs() < 1e-4 && (x.abs() - a.abs()).abs() < 1e-12, "{x} {y}");
+            // Along b = a²: ln p = −a²/2 − a⁴/2.
+            assert!((floor.log_density + 0.5 * (a * a + a.powi(4))).abs() < 1e-4);
+            assert!((floor.slope[0] + a + 2.0 * a.powi(3)).abs() < 1e-3 * (1.0 + a.abs().powi(3)));
+            assert!((floor.bend[(0, 0)].abs() - 2.0 * a.abs()).abs() < 1e-4 * (1.0 + a.abs()));
+            assert!((floor.factor[(0, 0)] - 1e3).abs() < 1.0);
+        }
+    }
+
+    #[test]
+    fn a_search_cut_short_says_where_it_is() {
+        let metric = Parabola.curvature(&[0.0, 0.0]).unwrap().metric;
+        let axes = Axes::split(&[0.0, 0.0], &metric, 1);
+        let (s, guess) = (DVector::from_element(1, 0.3), DVector::from_element(1, 0.05));
+        let z = axes.at(&s, &guess);
+        let mut evaluations = 0;
+        let reached = axes.search(&Parabola, &s, guess.clone(), 0, &mut evaluations).unwrap().unwrap_err();
+        let log_density = Parabola.curvature(z.as_slice()).unwrap().log_posterior;
+        assert_eq!((reached.stiff, reached.log_density, evaluations), (guess.clone(), log_density, 1));
+        assert!(axes.floor(&Parabola, &s, guess.clone(), 0, &mut 0).is_none());
+        assert!(axes.floor(&Parabola, &s, guess, 1, &mut 0).is_some());
+    }
+
+    #[test]
+    fn the_floor_on_a_kink_follows_it() {
+        /// ln p = −150 (b − a²) above the parabola, 50 (b − a²) below, with N(0, 1) priors of a and b.
+        struct Kink;
+        impl LatentLikelihood for Kink {
+            fn dimension(&self) -> usize {
+                2
+            }
+            fn log_likelihood(&self, z: &[f64]) -> f64 {
+                let above = z[1] - z[0] * z[0];
+                f64::min(-150.0 * above, 50.0 * above)
+            }
+            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+                unreachable!("only curvatures are asked for")
+            }
+            fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+                let slope = if z[1] > z[0] * z[0] { -150.0 } else { 50.0 };
+                let z = DVector::from_column_slice(z);
+                Some(Curvature {
+                    log_posterior: self.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared(),
+                    gradient: DVector::from_vec(vec![-2.0 * z[0], 1.0]) * slope - &z,
+                    metric: DMatrix::identity(2, 2),
+                })
+            }
+        }
+        let axes = Axes::split(&[0.0, 0.0], &DMatrix::from_diagonal(&DVector::from_vec(vec![0.5, 1.0])), 1);
+        for a in [-1.5, -0.5, 0.0, 1.0] {
+            let s = DVector::from_vec(vec![a]);
+            let mut evaluations = 0;
+            let floor = axes.floor(&Kink, &s, DVector::from_vec(vec![0.3]), 30, &mut evaluations).unwrap();
+            let [x, y] = [0, 1].map(|i| axes.at(&s, &floor.stiff)[i]);
+            assert!(evaluations < 16, "{a}: {evaluations} curvatures");
+            assert!((y - x * x).abs() < 1e-3, "{x} {y}");
+            assert!((floor.log_density + 0.5 * (x * x + y * y)).abs() < 0.05, "{x} {}", floor.log_density);
+            // Along b = a²: ln p = −a²/2 − a⁴/2.
+            assert!(
+                (floor.slope[0] + a + 2.0 * a.powi(3)).abs() < 0.05 * (1.0 + a.abs()),
+                "{a} {}",
+                floor.slope[0]
+            );
+            assert!((floor.bend[(0, 0)].abs() - 2.0 * a.abs()).abs() < 1e-2, "{a} {}", floor.bend[(0, 0)]);
+            assert!((floor.factor[(0, 0)].powi(2) / (1.0 + 200.0 * 200.0 / 8.0) - 1.0).abs() < 0.01);
+        }
+    }
+
+    #[test]
+    fn a_search_held_up_at_a_wall_is_soon_given_up() {
+        /// ln p = 100 b, which ends at b = 0.
+        struct Wall;
+        impl LatentLikelihood for Wall {
+            fn dimension(&self) -> usize {
+                2
+            }
+            fn log_likelihood(&self, z: &[f64]) -> f64 {
+                if z[1] > 0.0 { f64::NEG_INFINITY } else { 100.0 * z[1] }
+            }
+            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+                unreachable!("only curvatures are asked for")
+            }
+            fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+                Some(Curvature {
+                    log_posterior: self.log_likelihood(z),
+                    gradient: DVector::from_vec(vec![0.0, 100.0]),
+                    metric: DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0])),
+                })
+                .filter(|_| z[1] <= 0.0)
+            }
+        }
+        let axes = Axes::split(&[0.0, 0.0], &DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0])), 1);
+        let mut evaluations = 0;
+        assert!(axes.floor(&Wall, &DVector::zeros(1), DVector::zeros(1), 1000, &mut evaluations).is_none());
+        assert!((3..12).contains(&evaluations), "{evaluations} curvatures");
+    }
+
+    #[test]
+    fn there_is_no_floor_where_there_is_no_likelihood() {
+        let axes = Axes::split(&[0.0, 0.0], &DMatrix::identity(2, 2), 1);
+        struct Nothing;
+        impl LatentLikelihood for Nothing {
+            fn dimension(&self) -> usize {
+                2
+            }
+            fn log_likelihood(&self, _: &[f64]) -> f64 {
+                f64::NEG_INFINITY
+            }
+            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+                f64::NEG_INFINITY
+            }
+        }
+        assert!(axes.floor(&Nothing, &DVector::zeros(1), DVector::zeros(1), 30, &mut 0).is_none());
+    }
+}

@@ -1,0 +1,12 @@
+//! Searches for the highest posterior density: a climb, a maximum over some directions with others held, a blind start.
+
+mod climb;
+mod conditional_maximum;
+mod expansion;
+mod start;
+
+pub use climb::Maximum;
+pub(crate) use climb::to_the_top;
+pub(crate) use conditional_maximum::Axes;
+pub(crate) use expansion::ConditionalMaximum;
+pub use start::{climb_from, find_start};

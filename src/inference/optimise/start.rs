@@ -1,0 +1,229 @@
+//! A start for the samplers from priors and data alone: many rough guesses, Levenberg–Marquardt from each, the best kept.
+
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::climb::{Maximum, climb, to_the_top};
+use crate::error::{Error, Result};
+use crate::inference::likelihood::ImageLikelihood;
+use crate::inference::likelihood::LatentLikelihood;
+use crate::inference::likelihood::Observation;
+use crate::numerics::random::{Stage, stream};
+use crate::profile::mass::mean_convergence;
+
+/// Einstein radii tried in a round of guesses, and random shapes for each.
+const RADII: u64 = 10;
+const SHAPES: u64 = 3;
+/// Rough guesses of a round that are followed with everything free, and the best of those, which are followed to the end.
+const FREED: usize = 12;
+const FINALISTS: usize = 4;
+/// Fractions of the pixels that are fainter than the noise which the stages before the final one take for granted.
+const NOISE_ABOVE: [f64; 2] = [0.99, 0.9];
+/// Iterations of each stage of a rough search, and of later ones but the last.
+const ROUGH_ITERATIONS: usize = 12;
+const MIDDLE_ITERATIONS: usize = 40;
+/// Rounds of guesses after which the best is taken whatever it is, and those after which it is taken if it was found twice
+/// although it leaves more than noise, but not a χ² per degree of freedom above the last number.
+const MOST_ROUNDS: u64 = 10;
+const ROUNDS_OF_MISFIT: u64 = 3;
+const GROSS_MISFIT: f64 = 2.0;
+/// Maxima whose ln p differ by less are the same.
+const SAME: f64 = 1.0;
+/// Spread of the guesses for what the image says nothing about beforehand, in latent standard deviations, and that in rounds
+/// after [`ROUNDS_OF_MISFIT`].
+const GUESS_SPREAD: f64 = 0.25;
+const LATE_SPREAD: f64 = 1.0;
+
+/// Searches the posterior's highest maximum.
+///
+/// Sizes are guessed from the image: Einstein radii from 3 pixels to its edge in logarithmic steps, source radii as a
+/// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
+/// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum has
+/// been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
+///
+/// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
+/// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as
+/// all but the brightest hundredth of the pixels, then as all but the brightest tenth, and end with the noise there is.
+///
+/// # Errors
+/// When the model cannot be evaluated at any guess: priors that exclude everything.
+pub fn find_start(likelihood: &ImageLikelihood, seed: u64) -> Result<Maximum> {
+    let mut finals: Vec<Maximum> = Vec::new();
+    let mut evaluations = 0;
+    for round in 0..MOST_ROUNDS {
+        finals.extend(search_round(likelihood, seed, round, &mut evaluations));
+        finals.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+        let is_found_twice =
+            finals.get(1).is_some_and(|second| finals[0].log_posterior - second.log_posterior < SAME);
+        if is_found_twice && round + 1 >= fewest_rounds(likelihood, &finals[0]) {
+            break;
+        }
+    }
+    let best = finals.into_iter().next().ok_or_else(|| no_model(likelihood))?;
+    Ok(Maximum { evaluations, ..best })
+}
+
+/// Rounds before which a maximum that was found twice is not taken: more, the more its χ² is above what noise leaves, less
+/// than three of its deviations, √(2/N) per degree of freedom, above one.
+fn fewest_rounds(likelihood: &ImageLikelihood, start: &Maximum) -> u64 {
+    let image = likelihood.image(&likelihood.model.at_latent(&start.latent).0);
+    let of_noise = 1.0 + 3.0 * (2.0 / likelihood.degrees_of_freedom()).sqrt();
+    match image.map(|image| likelihood.chi2_reduced(&image)) {
+        Some(chi2) if chi2 < of_noise => 1,
+        Some(chi2) if chi2 < GROSS_MISFIT => ROUNDS_OF_MISFIT,
+        _ => MOST_ROUNDS,
+    }
+}
+
+/// The finalists of one round of guesses.
+fn search_round(likelihood: &ImageLikelihood, seed: u64, round: u64, evaluations: &mut u64) -> Vec<Maximum> {
+    let numbers: Vec<u64> = (round * RADII * SHAPES..(round + 1) * RADII * SHAPES).collect();
+    let mut best = |climbs: Vec<Maximum>, most: usize| -> Vec<Maximum> {
+        *evaluations += climbs.iter().map(|start| start.evaluations).sum::<u64>();
+        let mut climbs = climbs;
+        climbs.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+        climbs.truncate(most);
+        climbs
+    };
+    let noisier: Vec<ImageLikelihood> = match round % 2 {
+        0 => NOISE_ABOVE.iter().map(|fraction| with_noise_above(likelihood, *fraction)).collect(),
+        _ => vec![],
+    };
+    let first = noisier.first().unwrap_or(likelihood);
+    // First with the line of sight empty and the sources smooth.
+    let held = held_at_first(likelihood);
+    let smooth = numbers
+        .into_par_iter()
+        .filter_map(|i| climb(first, guess(likelihood, seed, i), &held, ROUGH_ITERATIONS))
+        .collect();
+    let free = best(smooth, FREED)
+        .into_par_iter()
+        .filter_map(|start| climb(first, start.latent, &[], ROUGH_ITERATIONS))
+        .collect();
+    let finals = best(free, FINALISTS)
+        .into_par_iter()
+        .filter_map(|start| climb_in_stages(&noisier, likelihood, start.latent))
+        .collect();
+    best(finals, FINALISTS)
+}
+
+/// The likelihood as if its noise were at least as bright as that fraction of the pixels.
+fn with_noise_above(likelihood: &ImageLikelihood, fraction: f64) -> ImageLikelihood {
+    let mut likelihood = likelihood.clone();
+    let observation = &mut likelihood.observation;
+    let used = observation.data_e_s.iter().zip(&observation.used).filter(|(_, used)| **used);
+    let mut fluxes: Vec<f64> = used.map(|(flux, _)| *flux).collect();
+    fluxes.sort_by(f64::total_cmp);
+    let brightness = fluxes.get((fraction * fluxes.len() as f64) as usize).copied().unwrap_or(0.0);
+    observation.background_rms_e_s = observation.background_rms_e_s.max(brightness);
+    likelihood
+}
+
+fn climb_in_stages(
+    stages: &[ImageLikelihood],
+    last: &ImageLikelihood,
+    mut latent: Vec<f64>,
+) -> Option<Maximum> {
+    let mut evaluations = 0;
+    for stage in stages {
+        let top = climb(stage, latent, &[], MIDDLE_ITERATIONS)?;
+        evaluations += top.evaluations;
+        latent = top.latent;
+    }
+    let top = to_the_top(last, latent)?;
+    Some(Maximum { evaluations: top.evaluations + evaluations, ..top })
+}
+
+/// Climbs again from a known place, as after a change of the mesh.
+///
+/// # Errors
+/// When the model cannot be evaluated there.
+pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Maximum> {
+    to_the_top(likelihood, latent).ok_or_else(|| no_model(likelihood))
+}
+
+fn no_model(likelihood: &ImageLikelihood) -> Error {
+    let middle = likelihood.model.at_latent(&vec![0.0; likelihood.dimension()]).0;
+    let reason = likelihood.model.evaluate(&middle).err().map_or_else(
+        || "models whose amplitudes can be solved for; none was found among the guesses".into(),
+        |error| format!("models that exist; at the medians {error}"),
+    );
+    Error::out_of_range("what the priors allow", "no model", &reason)
+}
+
+fn guess(likelihood: &ImageLikelihood, seed: u64, number: u64) -> Vec<f64> {
+    let observation = &likelihood.observation;
+    let (pixel, edge) = (observation.grid.pixel_scale_arcsec(), 0.9 * observation.grid.half_width_arcsec());
+    let step = (number / SHAPES % RADII) as f64 / (RADII - 1) as f64;
+    let einstein_radius = 3.0 * pixel * (edge / (3.0 * pixel)).max(1.0).powf(step);
+    let mut rng = stream(seed, number, Stage::Start, 0);
+    let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
+    let is_late = number / (RADII * SHAPES) >= ROUNDS_OF_MISFIT;
+    let spread = if is_late { LATE_SPREAD } else { GUESS_SPREAD };
+    let free = likelihood.model.free.iter();
+    let latent: Vec<f64> = free
+        .map(|parameter| {
+            let (part, own) = parameter.name.split_once('.').unwrap_or(("", &parameter.name));
+            let own_guess = match (part.trim_end_matches(char::is_numeric), own) {
+                ("lens", "theta_E") => Some(einstein_radius),
+                ("lens", "R_sersic") => Some(half_light_radius(observation) * (0.3 * random()).exp()),
+                ("lens", "n_sersic") => Some(4.0),
+                ("source", "R_sersic") => Some(0.25 * einstein_radius * (0.5 * random()).exp()),
+                ("source", "n_sersic") => Some(1.5 * (0.3 * random()).exp()),
+                ("lens_light", "R_sersic") => Some(half_light_radius(observation) * (0.3 * random()).exp()),
+                ("lens_light", "n_sersic") => Some(3.0),
+                ("", _) => Some(0.0),
+                _ => None,
+            };
+            own_guess.map_or_else(|| spread * random(), |v| parameter.prior.to_latent(v).clamp(-5.0, 5.0))
+        })
+        .collect();
+    with_einstein_radius(likelihood, latent, einstein_radius)
+}
+
+/// The guess with the strengths of its lenses scaled by one factor, so that the mean convergence inside
+/// `einstein_radius` is one; lenses that have that radius as a parameter have it already.
+fn with_einstein_radius(
+    likelihood: &ImageLikelihood,
+    mut latent: Vec<f64>,
+    einstein_radius: f64,
+) -> Vec<f64> {
+    let model = &likelihood.model;
+    let values = model.at_latent(&latent).0;
+    let Ok(lenses) = model.lenses(&values) else { return latent };
+    let factor = 1.0 / mean_convergence(&lenses, [0.0, 0.0], einstein_radius);
+    if !(factor.is_finite() && factor > 0.0) {
+        return latent;
+    }
+    for ((parameter, value), z) in model.free.iter().zip(values).zip(&mut latent) {
+        if [".k_eff", ".alpha_Rs"].iter().any(|strength| parameter.name.ends_with(strength)) {
+            *z = parameter.prior.to_latent(factor * value).clamp(-3.0, 3.0);
+        }
+    }
+    latent
+}
+
+/// Radius about the centre of the image that holds half of its light.
+fn half_light_radius(observation: &Observation) -> f64 {
+    let theta = observation.grid.theta_arcsec();
+    let mut pixels: Vec<(f64, f64)> = theta
+        .iter()
+        .zip(observation.data_e_s.iter().zip(&observation.used))
+        .map(|([x, y], (flux, used))| (x.hypot(*y), if *used { flux.max(0.0) } else { 0.0 }))
+        .collect();
+    pixels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * pixels.iter().map(|p| p.1).sum::<f64>();
+    let mut sum = 0.0;
+    let inside = pixels.iter().find(|(_, flux)| {
+        sum += flux;
+        sum >= half
+    });
+    inside.map_or(1.0, |(radius, _)| *radius).max(observation.grid.pixel_scale_arcsec())
+}
+
+/// Whether a parameter belongs to the line of sight or is the Sérsic index of a source.
+fn held_at_first(likelihood: &ImageLikelihood) -> Vec<bool> {
+    let is_held =
+        |name: &str| !name.contains('.') || (name.starts_with("source") && name.ends_with("n_sersic"));
+    likelihood.model.free.iter().map(|parameter| is_held(&parameter.name)).collect()
+}

@@ -1,0 +1,124 @@
+//! Ensemble slice sampling (Karamanis & Beutler 2021, Stat. Comput. 31, 61), the method of the paper's zeus.
+
+use rand::{Rng, RngExt};
+use rand_distr::{Distribution, Exp1};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Move, Moved, Plan, pick};
+use crate::inference::LatentLikelihood;
+use crate::inference::sample::point::Point;
+
+/// Expansions of one slice at most, both sides together.
+const MAX_EXPANSIONS: u32 = 1000;
+
+/// Settings of ensemble slice sampling.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct EnsembleSliceSettings {
+    /// Independent ensembles, at least 2; R-hat compares them.
+    pub ensembles: usize,
+    /// Walkers of an ensemble per latent coordinate, at least 2.
+    pub walkers_per_coordinate: usize,
+    /// Steps thrown away, in which the length of the moves is tuned.
+    pub warmup_steps: usize,
+    /// Steps between two looks at convergence, a multiple of `thin`.
+    pub block_steps: usize,
+    /// Steps of a walker after which sampling stops unconverged.
+    pub max_steps: usize,
+    /// Every so many steps a draw is kept.
+    pub thin: usize,
+    /// Walkers start this many standard deviations of the metric around a start point.
+    pub start_spread: f64,
+}
+
+impl Default for EnsembleSliceSettings {
+    fn default() -> Self {
+        Self {
+            ensembles: 4,
+            walkers_per_coordinate: 4,
+            warmup_steps: 200,
+            block_steps: 100,
+            max_steps: 10_000,
+            thin: 2,
+            start_spread: 1.0,
+        }
+    }
+}
+
+impl EnsembleSliceSettings {
+    pub(in crate::inference) fn plan(&self) -> Plan {
+        Plan {
+            step: Move::Slice,
+            ensembles: self.ensembles,
+            walkers_per_coordinate: self.walkers_per_coordinate,
+            warmup_steps: self.warmup_steps,
+            block_steps: self.block_steps,
+            max_steps: self.max_steps,
+            thin: self.thin,
+            start_spread: self.start_spread,
+        }
+    }
+}
+
+/// One slice along η = 2μ(X_l − X_m) through a walker, stepped out and shrunk (Neal 2003, Ann. Stat. 31, 705).
+pub(super) fn slice(
+    likelihood: &dyn LatentLikelihood,
+    walker: &Point,
+    others: &[Point],
+    length: f64,
+    rng: &mut impl Rng,
+) -> Moved {
+    let l = pick(others.len(), rng);
+    // Any other than l.
+    let m = (l + 1 + pick(others.len() - 1, rng)) % others.len();
+    let difference = |(a, b): (&f64, &f64)| 2.0 * length * (a - b);
+    let direction: Vec<f64> = others[l].z.iter().zip(&others[m].z).map(difference).collect();
+    let height: f64 = Exp1.sample(rng);
+    let level = walker.log_density() - height;
+    let at = |t: f64| {
+        let z = walker.z.iter().zip(&direction).map(|(z, direction)| z + t * direction);
+        Point::new(likelihood, z.collect())
+    };
+    let mut low = -rng.random::<f64>();
+    let mut high = low + 1.0;
+    let lower_expansions = rng.random_range(0..MAX_EXPANSIONS);
+    let (mut expansions, mut contractions) = (0_u64, 0_u64);
+    let mut evaluations = 0;
+    for (end, sign, allowed) in
+        [(&mut low, -1.0, lower_expansions), (&mut high, 1.0, MAX_EXPANSIONS - 1 - lower_expansions)]
+    {
+        for _ in 0..allowed {
+            evaluations += 1;
+            if at(*end).log_density() <= level {
+                break;
+            }
+            *end += sign;
+            expansions += 1;
+        }
+    }
+    loop {
+        let t = low + rng.random::<f64>() * (high - low);
+        let place = at(t);
+        evaluations += 1;
+        if place.log_density() > level {
+            return Moved { place: Some(place), evaluations, expansions, contractions };
+        }
+        contractions += 1;
+        if t < 0.0 {
+            low = t
+        } else {
+            high = t
+        }
+        if high - low <= f64::EPSILON {
+            return Moved { place: None, evaluations, expansions, contractions };
+        }
+    }
+}
+
+/// The length μ after one step: expansions and contractions shall be equally many (Karamanis & Beutler 2021,
+/// equation 9).
+pub(super) fn tuned(length: f64, expansions: u64, contractions: u64) -> f64 {
+    let expansions = expansions.max(1) as f64;
+    length * 2.0 * expansions / (expansions + contractions as f64)
+}

@@ -1,0 +1,359 @@
+//! What the floors found so far say of others: expansions to second order about the nearest.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::neighbours::{Vicinity, nearest};
+use crate::inference::bits;
+use crate::inference::optimise::ConditionalMaximum;
+
+/// What is remembered of a floor while the surrogate is made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct KnownMaximum {
+    #[serde(with = "bits::matrix")]
+    pub s: DVector<f64>,
+    /// ln m = ln p on the floor − ½ ln det.
+    #[serde(with = "bits::number")]
+    log_marginal: f64,
+    /// ½ ln det.
+    #[serde(with = "bits::number")]
+    half_log_determinant: f64,
+    #[serde(with = "bits::matrix")]
+    slope: DVector<f64>,
+    /// −d² ln p/ds² along the floor.
+    #[serde(with = "bits::matrix")]
+    pub metric: DMatrix<f64>,
+    /// t̂.
+    #[serde(with = "bits::matrix")]
+    pub stiff: DVector<f64>,
+    #[serde(with = "bits::matrix")]
+    bend: DMatrix<f64>,
+}
+
+impl KnownMaximum {
+    pub fn new(s: DVector<f64>, floor: &ConditionalMaximum) -> Self {
+        Self {
+            s,
+            log_marginal: floor.log_marginal(),
+            half_log_determinant: floor.half_log_determinant(),
+            slope: floor.slope.clone(),
+            metric: floor.metric.clone(),
+            stiff: floor.stiff.clone(),
+            bend: floor.bend.clone(),
+        }
+    }
+
+    /// ln p on the floor.
+    pub fn log_density(&self) -> f64 {
+        self.log_marginal + self.half_log_determinant
+    }
+}
+
+/// Interpolated expansions about the nearest floors (Franke & Little's weights, squared; Renka 1988, ACM Trans. Math.
+/// Softw. 14, 139): of ln m to second order, the slope of ½ ln det that of a plane through all floors, and of t̂ to first order.
+///
+/// Near is what is near in the mean metric −d² ln p/ds² of the floors. Where the valley of s bends, posterior deviations
+/// tell its length and not the width across it, in which an expansion fails.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Surrogate {
+    #[serde(with = "bits::matrix")]
+    centre: DVector<f64>,
+    #[serde(with = "bits::matrix")]
+    factor: DMatrix<f64>,
+    known: Vec<KnownMaximum>,
+    /// d(½ ln det)/ds.
+    #[serde(with = "bits::matrix")]
+    determinant_slope: DVector<f64>,
+    /// y of x, in which distances are measured, and y of each floor, a row a floor.
+    #[serde(with = "bits::matrix")]
+    ruler: DMatrix<f64>,
+    #[serde(with = "bits::matrix")]
+    anchors: DMatrix<f64>,
+}
+
+/// ln m of floors that are further apart than expansions err lie on different maxima of ln p over t.
+pub(super) const APART: f64 = 15.0;
+
+impl Surrogate {
+    /// From what is known, `centre` and `factor` (lower triangular) giving the scale x = F⁻¹(s − c); `None` for matrices
+    /// that are not positive definite.
+    pub fn fit(centre: DVector<f64>, factor: DMatrix<f64>, known: Vec<KnownMaximum>) -> Option<Self> {
+        let d = centre.len();
+        let top = known.iter().map(|k| k.log_marginal).fold(f64::NEG_INFINITY, f64::max);
+        // What lies far below the top hardly matters, and bends in its own way.
+        let weight = |k: &KnownMaximum| 1.0 / (1.0 + ((top - k.log_marginal) / d as f64).powi(2));
+        let sum: f64 = known.iter().map(weight).sum();
+        let weights: Vec<f64> = known.iter().map(|k| weight(k) / sum).collect();
+        let mut metric = DMatrix::zeros(d, d);
+        for (k, weight) in known.iter().zip(&weights) {
+            metric += &k.metric * *weight;
+        }
+        let ruler = metric.cholesky()?.l().tr_mul(&factor);
+        let x: Option<Vec<_>> =
+            known.iter().map(|k| factor.solve_lower_triangular(&(&k.s - &centre))).collect();
+        let x = DMatrix::from_columns(&x?);
+        let anchors = (&ruler * &x).transpose();
+        let determinants = known.iter().map(|k| k.half_log_determinant);
+        let mut determinant_slope = plane(&weights, &x, &DVector::from_iterator(known.len(), determinants))?;
+        factor.tr_solve_lower_triangular_mut(&mut determinant_slope);
+        Some(Self { centre, factor, known, determinant_slope, ruler, anchors })
+    }
+
+    /// Centre and scale: x = F⁻¹(s − c).
+    pub fn scale(&self) -> (&DVector<f64>, &DMatrix<f64>) {
+        (&self.centre, &self.factor)
+    }
+
+    /// s of x.
+    pub fn s(&self, x: &DVector<f64>) -> DVector<f64> {
+        &self.centre + &self.factor * x
+    }
+
+    /// x of s.
+    pub fn x(&self, s: &DVector<f64>) -> DVector<f64> {
+        let mut x = s - &self.centre;
+        // The factor of a positive-definite matrix has no zero on its diagonal.
+        self.factor.solve_lower_triangular_mut(&mut x);
+        x
+    }
+
+    /// ln m, and its slope by x, which lies in or near the vicinity if there is one.
+    pub fn log_marginal(&self, x: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> (f64, DVector<f64>) {
+        let (s, y) = (self.s(x), &self.ruler * x);
+        let Neighbours { near, farthest } = self.neighbours(&s, &y, vicinity);
+        let value: f64 = near.iter().map(|near| near.weight * near.value).sum();
+        let (mut by_s, mut by_y) = (DVector::zeros(x.len()), DVector::zeros(x.len()));
+        for near in &near {
+            by_s.axpy(near.weight, &near.slope, 1.0);
+            let by_weight = near.value - value;
+            by_y.axpy(by_weight * near.by_distance, &self.away(&y, (near.floor, near.distance)), 1.0);
+            by_y.axpy(by_weight * near.by_reach, &self.away(&y, farthest), 1.0);
+        }
+        (value, self.factor.tr_mul(&by_s) + self.ruler.tr_mul(&by_y))
+    }
+
+    /// Where t̂ may be: as the neighbours together have it, and as the nearest has it.
+    pub fn stiff(&self, x: &DVector<f64>) -> [DVector<f64>; 2] {
+        let s = self.s(x);
+        let near = self.neighbours(&s, &(&self.ruler * x), None).near;
+        let of = |near: &Near| {
+            let known = &self.known[near.floor];
+            &known.stiff + &known.bend * (&s - &known.s)
+        };
+        let together = near.iter().map(|near| of(near) * near.weight).sum();
+        [together, near.first().map(of).expect("a floor is known")]
+    }
+
+    /// The direction from a floor at a distance to y.
+    fn away(&self, y: &DVector<f64>, (floor, distance): (usize, f64)) -> DVector<f64> {
+        (y - self.anchors.row(floor).transpose()) / distance
+    }
+
+    /// The floors nearest to y, the nearest first, with weights (1/r − 1/R)⁴ that add up to one; R, the reach, is the
+    /// distance of the next. The weights are steep as expansions to second order err by the third power of r.
+    ///
+    /// Floors whose expansions are low are left out: they lie on lower maxima of ln p over t.
+    fn neighbours(&self, s: &DVector<f64>, y: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> Neighbours {
+        const MOST: usize = 16;
+        const TINY: f64 = 1e-6;
+        /// R of the farthest floor's distance, where no other floor is known.
+        const BEYOND: f64 = 2.0;
+        let anchors = self.anchors.as_slice();
+        let mut nearest = match vicinity {
+            Some(vicinity) => vicinity.nearest(anchors, y, MOST + 1),
+            None => nearest(anchors, y.as_slice(), MOST + 1),
+        };
+        let beyond = if nearest.len() > MOST { 1.0 } else { BEYOND };
+        let apart = |squared: f64| squared.sqrt().max(TINY);
+        let farthest =
+            nearest.last().map(|(floor, squared)| (*floor, apart(*squared))).expect("a floor is known");
+        nearest.truncate(MOST);
+        let reach = beyond * farthest.1;
+        let mut near: Vec<Near> = nearest
+            .into_iter()
+            .map(|(floor, squared)| {
+                let distance = apart(squared);
+                let root = 1.0 / distance - 1.0 / reach;
+                let by_root = 4.0 * root.powi(3);
+                let known = &self.known[floor];
+                let from = s - &known.s;
+                let (bent, slope) = (&known.metric * &from, &known.slope - &self.determinant_slope);
+                Near {
+                    floor,
+                    distance,
+                    weight: root.powi(4),
+                    by_distance: -by_root / (distance * distance),
+                    by_reach: by_root * beyond / (reach * reach),
+                    value: known.log_marginal + from.dot(&slope) - 0.5 * from.dot(&bent),
+                    slope: slope - bent,
+                }
+            })
+            .collect();
+        let highest = near.iter().map(|near| near.value).fold(f64::NEG_INFINITY, f64::max);
+        // One that is not a number stays, so that some floor does: a move there is refused.
+        near.retain(|near| near.value >= highest - APART || near.value.is_nan());
+        let sum: f64 = near.iter().map(|near| near.weight).sum();
+        for near in &mut near {
+            near.weight /= sum;
+            near.by_distance /= sum;
+            near.by_reach /= sum;
+        }
+        Neighbours { near, farthest }
+    }
+
+    /// The floors it was fitted to.
+    pub fn known(&self) -> &[KnownMaximum] {
+        &self.known
+    }
+}
+
+/// A floor near to a point: its distance, its share of the weights, the slope of the weight by that distance and by the
+/// distance of the farthest, both over the sum of weights, and its expansion of ln m to the point with the slope there.
+struct Near {
+    floor: usize,
+    distance: f64,
+    weight: f64,
+    by_distance: f64,
+    by_reach: f64,
+    value: f64,
+    slope: DVector<f64>,
+}
+
+/// The nearest floors, and the one beyond them with its distance.
+struct Neighbours {
+    near: Vec<Near>,
+    farthest: (usize, f64),
+}
+
+/// The slope of the plane through values at the columns of `x`, by least squares of weights that add up to one; zero along
+/// what `x` hardly determines.
+fn plane(weights: &[f64], x: &DMatrix<f64>, values: &DVector<f64>) -> Option<DVector<f64>> {
+    const RIDGE: f64 = 1e-3;
+    let weights = DVector::from_column_slice(weights);
+    let (mean_x, mean) = (x * &weights, values.dot(&weights));
+    let mut matrix = DMatrix::identity(x.nrows(), x.nrows()) * RIDGE;
+    let mut vector = DVector::zeros(x.nrows());
+    for ((x, value), weight) in x.column_iter().zip(values).zip(&weights) {
+        let offset = x - &mean_x;
+        matrix.ger(*weight, &offset, &offset, 1.0);
+        vector.axpy(weight * (value - mean), &offset, 1.0);
+    }
+    Some(matrix.cholesky()?.solve(&vector))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn known(s: Vec<f64>, log_marginal: f64, slope: Vec<f64>, metric: DMatrix<f64>) -> KnownMaximum {
+        let d = s.len();
+        KnownMaximum {
+            stiff: DVector::from_element(1, s[0].sin()),
+            bend: DMatrix::from_fn(1, d, |_, i| if i == 0 { s[0].cos() } else { 0.0 }),
+            half_log_determinant: 0.0,
+            s: DVector::from_vec(s),
+            log_marginal,
+            slope: DVector::from_vec(slope),
+            metric,
+        }
+    }
+
+    #[test]
+    fn a_normal_distribution_is_found_again_anywhere() {
+        // ln m = −x² − y²/2 − x/5 of s = (2x, y), the last term from ½ ln det = x/5.
+        let metric = DMatrix::from_diagonal(&DVector::from_vec(vec![0.5, 1.0]));
+        let floors = (0..9).map(|i| {
+            let (x, y) = (f64::from(i % 3) - 1.0, f64::from(i / 3) - 1.0);
+            KnownMaximum {
+                half_log_determinant: 0.2 * x,
+                ..known(vec![2.0 * x, y], -x * x - 0.5 * y * y - 0.2 * x, vec![-x, -y], metric.clone())
+            }
+        });
+        let factor = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 1.0]));
+        let surrogate = Surrogate::fit(DVector::zeros(2), factor, floors.collect()).unwrap();
+        let x = DVector::from_vec(vec![1.7, -0.5]);
+        let (value, slope) = surrogate.log_marginal(&x, None);
+        assert!((value + 1.7 * 1.7 + 0.125 + 0.34).abs() < 1e-3, "{value}");
+        assert!((slope - DVector::from_vec(vec![-3.4 - 0.2, 0.5])).amax() < 1e-3);
+        assert!((surrogate.x(&surrogate.s(&x)) - &x).amax() < 1e-15);
+        let text = serde_json::to_string(&surrogate).unwrap();
+        assert_eq!(serde_json::from_str::<Surrogate>(&text).unwrap(), surrogate);
+    }
+
+    #[test]
+    fn the_nearest_across_a_bent_valley_count() {
+        // An arc of radius 1 about (0, 0), 0.03 wide: ln m = −½ ((r − 1)/0.03)² − ½ (angle/0.7)².
+        let (width, long) = (0.03, 0.7);
+        let value = |x: f64, y: f64| {
+            let (r, angle) = (x.hypot(y), x.atan2(y));
+            let (across, along) = ((r - 1.0) / width, angle / long);
+            let (by_r, by_angle) =
+                ([x / r / width, y / r / width], [y / (r * r) / long, -x / (r * r) / long]);
+            let slope = (0..2).map(|i| -across * by_r[i] - along * by_angle[i]).collect::<Vec<_>>();
+            let metric = DMatrix::from_fn(2, 2, |i, j| by_r[i] * by_r[j] + by_angle[i] * by_angle[j]);
+            (-0.5 * (across * across + along * along), slope, metric)
+        };
+        let at = |i: i32, r: f64| [r * (0.25 * f64::from(i)).sin(), r * (0.25 * f64::from(i)).cos()];
+        let floors = (-8..=8).flat_map(|i| [at(i, 0.97), at(i, 1.0), at(i, 1.03)]).map(|[x, y]| {
+            let (log_marginal, slope, metric) = value(x, y);
+            known(vec![x, y], log_marginal, slope, metric)
+        });
+        let surrogate = Surrogate::fit(DVector::zeros(2), DMatrix::identity(2, 2), floors.collect()).unwrap();
+        for i in 0..8 {
+            let angle = 0.25 * f64::from(i) - 0.9;
+            let (x, y) = (1.01 * angle.sin(), 1.01 * angle.cos());
+            let at = |x: f64, y: f64| surrogate.log_marginal(&DVector::from_vec(vec![x, y]), None);
+            let (found, slope) = at(x, y);
+            assert!((found - value(x, y).0).abs() < 0.2, "{angle} {found} {}", value(x, y).0);
+            const STEP: f64 = 1e-5;
+            let difference = (at(x + STEP, y).0 - at(x - STEP, y).0) / (2.0 * STEP);
+            assert!((slope[0] - difference).abs() < 1e-5 * slope.norm(), "{} {difference}", slope[0]);
+        }
+    }
+
+    #[test]
+    fn floors_on_a_lower_maximum_do_not_count() {
+        // ln m = −s²/2 with t̂ = sin s; every third floor was sought in vain and lies 80 lower, where t̂ = sin s + 5.
+        let floors = (-10..=10).map(|i| {
+            let (s, low) = (0.3 * f64::from(i), f64::from(u8::from(i % 3 == 0)));
+            let metric = DMatrix::identity(1, 1);
+            let floor = known(vec![s], -0.5 * s * s - 80.0 * low, vec![-s], metric);
+            KnownMaximum { stiff: floor.stiff.add_scalar(5.0 * low), ..floor }
+        });
+        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors.collect()).unwrap();
+        for s in [-1.3_f64, 0.0, 0.02, 0.9, 2.0] {
+            let x = DVector::from_element(1, s);
+            let (value, slope) = surrogate.log_marginal(&x, None);
+            assert!(
+                (value + 0.5 * s * s).abs() < 1e-9 && (slope[0] + s).abs() < 1e-9,
+                "{s}: {value} {slope}"
+            );
+            let stiff = surrogate.stiff(&x);
+            assert!(stiff.iter().all(|t| (t[0] - s.sin()).abs() < 0.05), "{s}: {stiff:?}");
+        }
+    }
+
+    #[test]
+    fn a_far_expansion_does_not_wall_off_a_place() {
+        // Twice as near to a peak 0.01 wide as to one of width 1.
+        let floors = vec![
+            known(vec![0.0], 0.0, vec![0.0], DMatrix::from_element(1, 1, 1e4)),
+            known(vec![3.0], 0.0, vec![0.0], DMatrix::identity(1, 1)),
+        ];
+        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors).unwrap();
+        let (value, slope) = surrogate.log_marginal(&DVector::from_vec(vec![1.0]), None);
+        assert!(value > -2.0 - 3.0 && slope[0] > 0.0, "{value} {slope}");
+    }
+
+    #[test]
+    fn the_floor_is_guessed_between_floors() {
+        let floors =
+            (-15..=15).map(|i| known(vec![0.4 * f64::from(i)], 0.0, vec![0.0], DMatrix::identity(1, 1)));
+        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors.collect()).unwrap();
+        assert!(
+            (-10..10)
+                .map(|i| 0.4 * f64::from(i) + 0.2)
+                .all(|x| { (surrogate.stiff(&DVector::from_vec(vec![x]))[0][0] - x.sin()).abs() < 0.05 })
+        );
+    }
+}

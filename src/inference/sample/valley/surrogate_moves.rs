@@ -1,0 +1,205 @@
+//! Where a chain on the surrogate alone goes, which costs no likelihood.
+
+use nalgebra::DVector;
+use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
+
+use super::kernel_density::KernelDensity;
+use super::neighbours::Vicinity;
+use super::position::normal;
+use super::surrogate::Surrogate;
+
+/// The edge of what is known, in posterior deviations.
+const EDGE: f64 = 14.0;
+
+/// How proposals are made.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) enum Pace {
+    /// Several trajectories, as long as the surrogate is learned.
+    Learning,
+    /// One, whose ends lie opposite to one another, where the surrogate can be trusted.
+    Trusting,
+    /// Several on the surrogate to a power from 1/2 to 1, which leads out to where it makes the posterior too low.
+    Doubting,
+}
+
+/// The end of one or several Hamiltonian trajectories, each accepted by a power of the surrogate's own density, and by
+/// how much the logarithm of that is larger there than at the start. Of several, half are leaps to where chains have been,
+/// accepted likewise.
+pub(super) fn transition(
+    surrogate: &Surrogate,
+    memory: Option<&KernelDensity>,
+    pace: Pace,
+    start: &DVector<f64>,
+    rng: &mut impl Rng,
+) -> (DVector<f64>, f64) {
+    const SEVERAL: usize = 16;
+    const LEAST_POWER: f64 = 0.5;
+    let share_of_single = match pace {
+        Pace::Learning => 0.3,
+        Pace::Trusting => 0.9,
+        Pace::Doubting => 0.1,
+    };
+    let is_single = rng.random::<f64>() < share_of_single;
+    let (moves, memory) = if is_single { (1, None) } else { (SEVERAL, memory) };
+    let power = if pace == Pace::Doubting { rng.random_range(LEAST_POWER..1.0) } else { 1.0 };
+    let mut vicinity = Vicinity::empty();
+    let first = SurrogatePoint::at(surrogate, power, start.clone(), None);
+    let mut here = first.clone();
+    // Every move is drawn alike: leaps and trajectories in a fixed order would not be as likely backwards.
+    for _ in 0..moves {
+        if let Some(memory) = memory.filter(|_| rng.random()) {
+            let s = memory.draw(rng);
+            let drawn_more = memory.log_density(&s) - memory.log_density(&surrogate.s(&here.x));
+            let there = SurrogatePoint::at(surrogate, power, surrogate.x(&s), None);
+            if rng.random::<f64>().ln() < there.log_density - here.log_density - drawn_more {
+                here = there;
+            }
+            continue;
+        }
+        let momentum = normal(start.len(), rng);
+        let before = here.log_density - 0.5 * momentum.norm_squared();
+        let (step, steps) = (if is_single { STEP } else { step(rng) }, steps(rng));
+        let end = leapfrog(surrogate, power, here.clone(), momentum, (step, steps), &mut vicinity);
+        let Some((there, momentum)) = end else { continue };
+        if rng.random::<f64>().ln() < there.log_density - 0.5 * momentum.norm_squared() - before {
+            here = there;
+        }
+    }
+    (here.x, here.log_density - first.log_density)
+}
+
+/// x with the logarithm of a power of the surrogate's density, and its slope.
+#[derive(Clone)]
+struct SurrogatePoint {
+    x: DVector<f64>,
+    log_density: f64,
+    slope: DVector<f64>,
+}
+
+impl SurrogatePoint {
+    fn at(surrogate: &Surrogate, power: f64, x: DVector<f64>, vicinity: Option<&mut Vicinity>) -> Self {
+        let (log_marginal, slope) = surrogate.log_marginal(&x, vicinity);
+        Self { x, log_density: power * log_marginal, slope: slope * power }
+    }
+}
+
+/// Leapfrog; `None` where it leads out of the region that is known.
+fn leapfrog(
+    surrogate: &Surrogate,
+    power: f64,
+    mut point: SurrogatePoint,
+    mut momentum: DVector<f64>,
+    (step, steps): (f64, usize),
+    vicinity: &mut Vicinity,
+) -> Option<(SurrogatePoint, DVector<f64>)> {
+    for _ in 0..steps {
+        momentum.axpy(0.5 * step, &point.slope, 1.0);
+        let x = point.x + &momentum * step;
+        if x.iter().any(|x| x.is_nan() || x.abs() > EDGE) {
+            return None;
+        }
+        point = SurrogatePoint::at(surrogate, power, x, Some(vicinity));
+        momentum.axpy(0.5 * step, &point.slope, 1.0);
+    }
+    Some((point, momentum))
+}
+
+/// A step in posterior deviations, as it suits a nearly normal posterior.
+const STEP: f64 = 0.1;
+
+/// A step that may be far smaller: where the valley of s bends it is narrow, and a step of twice its width leaves it.
+fn step(rng: &mut impl Rng) -> f64 {
+    const LARGEST: f64 = 0.15;
+    const SMALLEST: f64 = 0.1;
+    LARGEST * SMALLEST.powf(rng.random())
+}
+
+/// Steps of a trajectory: mostly longer than a quarter of a period, so that draws depend little on one another; some short,
+/// which leave places where the surrogate is poor.
+fn steps(rng: &mut impl Rng) -> usize {
+    const SHORT: f64 = 0.15;
+    if rng.random::<f64>() < SHORT { rng.random_range(1..=4) } else { rng.random_range(8..=40) }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::inference::optimise::ConditionalMaximum;
+    use crate::inference::sample::valley::position::log_sum;
+    use crate::inference::sample::valley::surrogate::KnownMaximum;
+    use crate::numerics::random::{Stage, stream};
+
+    /// Of ln p and its slope, known at 41 points, and the curvature of −ln p.
+    fn surrogate(known: impl Fn(f64) -> (f64, f64), curvature: f64, apart: f64) -> Surrogate {
+        let known = (-20..=20).map(|i| {
+            let x = apart * f64::from(i);
+            let (log_density, slope) = known(x);
+            let floor = ConditionalMaximum {
+                stiff: DVector::zeros(0),
+                log_density,
+                slope: DVector::from_vec(vec![slope]),
+                bend: DMatrix::zeros(0, 1),
+                metric: DMatrix::from_element(1, 1, curvature),
+                factor: DMatrix::zeros(0, 0),
+            };
+            KnownMaximum::new(DVector::from_vec(vec![x]), &floor)
+        });
+        Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), known.collect()).unwrap()
+    }
+
+    fn drawn(surrogate: &Surrogate, memory: &KernelDensity, wanted: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut rng = stream(1, 0, Stage::Sampling, 0);
+        let mut here = DVector::from_vec(vec![0.5]);
+        let step = |_| {
+            let (there, surrogate_gain) =
+                transition(surrogate, Some(memory), Pace::Doubting, &here, &mut rng);
+            if rng.random::<f64>().ln() < wanted(there[0]) - wanted(here[0]) - surrogate_gain {
+                here = there;
+            }
+            here[0]
+        };
+        (0..20_000).map(step).collect()
+    }
+
+    fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+        let count = values.len() as f64;
+        values.sum::<f64>() / count
+    }
+
+    fn memory(draws: impl Iterator<Item = f64>) -> KernelDensity {
+        let draws: Vec<_> = draws.map(|x| DVector::from_vec(vec![x])).collect();
+        let metric = DMatrix::identity(1, 1);
+        KernelDensity::of(&draws.iter().map(|x| (x, &metric)).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn a_wrong_surrogate_and_memory_still_lead_to_the_right_distribution() {
+        // What is known is ln p = −x²/3 with an edge; what is wanted is −x²/2 + x/2.
+        let edge = |x: f64| if x > 1.0 { -1.0 } else { 0.0 };
+        let surrogate = surrogate(|x| (-x * x / 3.0 + edge(x), -2.0 * x / 3.0), 2.0 / 3.0, 0.2);
+        let memory = memory((0..30).map(|i| f64::from(i) / 10.0 - 2.0));
+        let draws = drawn(&surrogate, &memory, |x| -0.5 * x * x + 0.5 * x);
+        let mean_draw = mean(draws.iter().copied());
+        let variance = mean(draws.iter().map(|x| (x - mean_draw).powi(2)));
+        assert!((mean_draw - 0.5).abs() < 0.03 && (variance - 1.0).abs() < 0.05, "{mean_draw} {variance}");
+    }
+
+    #[test]
+    fn leaps_join_modes_that_no_trajectory_joins() {
+        // 0.3 N(−5, ½) + 0.7 N(5, ½), of which half of what is remembered is on either side.
+        let modes = |x: f64| [0.3f64.ln() - 2.0 * (x + 5.0).powi(2), 0.7f64.ln() - 2.0 * (x - 5.0).powi(2)];
+        let wanted = |x| log_sum(modes(x));
+        let slope = |x: f64| {
+            let [left, right] = modes(x).map(|mode| (mode - wanted(x)).exp());
+            -4.0 * (left * (x + 5.0) + right * (x - 5.0))
+        };
+        let surrogate = surrogate(|x| (wanted(x), slope(x)), 4.0, 0.4);
+        let memory = memory((0..60).map(|i| f64::from(i / 2 - 15) / 15.0 + f64::from(i % 2 * 10 - 5)));
+        let draws = drawn(&surrogate, &memory, wanted);
+        let right = mean(draws.iter().map(|x| f64::from(*x > 0.0)));
+        assert!((right - 0.7).abs() < 0.02, "{right}");
+    }
+}
