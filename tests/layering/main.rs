@@ -66,7 +66,7 @@ fn library() -> Arrows {
 }
 
 fn is_known(from: &str, to: &str) -> bool {
-    KNOWN.iter().any(|known| *known == (from, to))
+    KNOWN.contains(&(from, to))
 }
 
 #[test]
@@ -103,9 +103,9 @@ fn no_two_files_import_each_other() {
 #[test]
 fn the_list_of_known_circles_shrinks() {
     let arrows = library();
-    for &(from, to) in KNOWN {
-        let closes =
-            arrows.get(from).is_some_and(|imported| imported.contains(to)) && leads(to, from, &arrows);
-        assert!(closes, "{from} → {to} closes no circle any more: take it off the list in tests/layering");
-    }
+    let closes = |from: &str, to: &str| {
+        arrows.get(from).is_some_and(|imported| imported.contains(to)) && leads(to, from, &arrows)
+    };
+    let stale: Vec<_> = KNOWN.iter().filter(|(from, to)| !closes(from, to)).collect();
+    assert!(stale.is_empty(), "take these off the list, they close no circle any more: {stale:#?}");
 }

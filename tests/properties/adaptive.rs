@@ -14,7 +14,7 @@ const Z_SOURCE: f64 = 1.5;
 /// Half the side of the paper's field and more, arcsec.
 const HALF_ARCSEC: f64 = 1.8;
 
-fn grid(side: usize, half: f64) -> Vec<[f64; 2]> {
+pub fn grid(side: usize, half: f64) -> Vec<[f64; 2]> {
     let at = |i: usize| half * (2.0 * i as f64 / (side - 1) as f64 - 1.0);
     (0..side * side).map(|k| [at(k % side), at(k / side)]).collect()
 }
@@ -28,9 +28,9 @@ fn paper_cone(seed: u64, cut: f64) -> LineOfSight {
 }
 
 /// A halo as (z, centre, r_s, α_Rs).
-type Halo = (f64, [f64; 2], f64, f64);
+pub type Halo = (f64, [f64; 2], f64, f64);
 
-fn cone(haloes: &[Halo], sheets: &Sheets) -> LineOfSight {
+pub fn cone(haloes: &[Halo], sheets: &Sheets) -> LineOfSight {
     let column = |f: &dyn Fn(&Halo) -> f64| haloes.iter().map(f).collect::<Vec<f64>>();
     let masses = HaloMasses::Angles { r_s_arcsec: column(&|h| h.2), alpha_rs_arcsec: column(&|h| h.3) };
     let background = Background::paper();
@@ -40,7 +40,7 @@ fn cone(haloes: &[Halo], sheets: &Sheets) -> LineOfSight {
 }
 
 /// A few hundred ordinary haloes around the field.
-fn background_haloes() -> Vec<Halo> {
+pub fn background_haloes() -> Vec<Halo> {
     let place = |i: usize, step: f64| (0.5 + i as f64 * step).fract();
     (0..600)
         .map(|i| {
@@ -64,7 +64,7 @@ fn largest(differences: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Largest errors of β, of A, and of b over (1 + |b|).
-fn errors(ours: &RayBundle, exact: &RayBundle) -> [f64; 3] {
+pub fn errors(ours: &RayBundle, exact: &RayBundle) -> [f64; 3] {
     assert_eq!(ours.beta_arcsec.len(), exact.beta_arcsec.len());
     let beta = ours.beta_arcsec.iter().zip(&exact.beta_arcsec);
     let jacobian = ours.jacobian.iter().flatten().zip(exact.jacobian.iter().flatten());

@@ -14,3 +14,4 @@ mod point_images;
 mod population;
 mod samplers;
 mod tensors;
+mod tracked;
