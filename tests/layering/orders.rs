@@ -39,29 +39,12 @@ pub const ORDERS: [Order; 5] = [
     Order { folder: "mapping", parts: &["kick", "sight", "exact", "adaptive", "multiplane", "tidal"] },
     Order {
         folder: "inference",
-        parts: &[
-            "parameter",
-            "latent",
-            "observation",
-            "likelihood",
-            "model",
-            "floor",
-            "climb",
-            "image_likelihood",
-            "optimise",
-            "start",
-            "draws",
-            "convergence",
-            "sampler",
-            "sample",
-            "diagnose",
-            "fit",
-        ],
+        parts: &["parameter", "model", "likelihood", "optimise", "sample", "diagnose", "run", "fit"],
     },
     Order { folder: "io", parts: &["containers", "documents"] },
     Order {
-        folder: "inference/sampler",
-        parts: &["whitening", "target", "chains", "ensemble", "nested", "nuts", "valley", "run"],
+        folder: "inference/sample",
+        parts: &["whitening", "point", "chains", "ensemble", "nested", "nuts", "valley"],
     },
 ];
 
