@@ -18,11 +18,6 @@ pub fn circles(arrows: &Arrows) -> Vec<String> {
     groups.into_iter().map(|group| arrows_within(&group, arrows)).collect()
 }
 
-/// Whether a way leads from one file to another.
-pub fn leads(from: &str, to: &str, arrows: &Arrows) -> bool {
-    reached_from(from, arrows).contains(to)
-}
-
 fn reached_from<'a>(file: &'a str, arrows: &'a Arrows) -> BTreeSet<&'a str> {
     let mut reached = BTreeSet::new();
     let mut open = vec![file];

@@ -36,7 +36,7 @@ pub const ORDERS: [Order; 5] = [
             "report",
         ],
     },
-    Order { folder: "mapping", parts: &["kick", "sight", "exact", "adaptive", "multiplane", "tidal"] },
+    Order { folder: "mapping", parts: &["multiplane", "tidal"] },
     Order {
         folder: "inference",
         parts: &["parameter", "model", "likelihood", "optimise", "sample", "diagnose", "run", "fit"],
