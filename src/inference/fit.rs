@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::diagnose::{Convergence, DrawStatistics};
 use super::likelihood::{ImageLikelihood, LikelihoodKind, ModelImage, Observation};
-use super::model::{CompiledModel, Mesh};
+use super::model::{CompiledModel, Mesh, Quantity};
 use super::optimise::{Maximum, climb_from, find_start, to_the_top};
 use super::run::{RunStatus, SamplerRun};
 use super::sample::{Chains, Evidence, Problem, SamplerSettings};
@@ -43,6 +43,9 @@ pub struct ParameterSummary {
     pub name: String,
     /// `arcsec`, `1/arcsec`, or empty.
     pub unit: &'static str,
+    /// How it stands on an axis.
+    #[serde(skip)]
+    pub label: String,
     /// True if it is computed from the fitted parameters.
     pub derived: bool,
     /// Mean of the draws.
@@ -144,12 +147,12 @@ impl Fit {
             .map(|z| quantities(&likelihood.model, z))
             .collect();
         let mut parameters = Vec::new();
-        for (i, (name, edges)) in quantity_names(&likelihood.model).into_iter().enumerate() {
+        for (i, quantity) in likelihood.model.quantities().into_iter().enumerate() {
             let column: Vec<f64> = draws.iter().map(|draw| draw[i]).collect();
             let statistics = DrawStatistics::of(&column)
                 .ok_or_else(|| Error::out_of_range("number of draws", column.len(), "at least 2"))?;
             let convergence = progress.quantities.get(i).copied().unwrap_or(Convergence::worst(&[]));
-            parameters.push(summary_of(name, edges, statistics, best_values[i], convergence));
+            parameters.push(summary_of(quantity, statistics, best_values[i], convergence));
         }
         let image = likelihood.image(&best_fit).ok_or_else(|| {
             Error::out_of_range("the best fit", "without an image", "a model that can be evaluated")
@@ -208,15 +211,6 @@ fn quantities(model: &CompiledModel, latent: &[f64]) -> Vec<f64> {
     values
 }
 
-fn quantity_names(model: &CompiledModel) -> Vec<(String, Option<[f64; 2]>)> {
-    let mut names: Vec<(String, Option<[f64; 2]>)> =
-        model.free.iter().map(|p| (p.name.clone(), Some(p.prior.edges()))).collect();
-    if model.has_implied_minimal() {
-        names.extend(["gamma1_los", "gamma2_los", "omega_los"].map(|name| (name.into(), None)));
-    }
-    names
-}
-
 /// The draw of highest posterior density.
 fn best_draw(chains: &Chains) -> Option<&[f64]> {
     let draws = chains
@@ -227,23 +221,17 @@ fn best_draw(chains: &Chains) -> Option<&[f64]> {
 }
 
 fn summary_of(
-    name: String,
-    edges: Option<[f64; 2]>,
+    Quantity { name, unit, label, edges }: Quantity,
     statistics: DrawStatistics,
     best_fit: f64,
     convergence: Convergence,
 ) -> ParameterSummary {
     /// An interval that ends within this fraction of its width of a prior's edge touches it.
     const TOUCHING: f64 = 0.02;
-    let own = name.rsplit('.').next().unwrap_or(&name);
-    let unit = match own {
-        "theta_E" | "R_sersic" | "center_x" | "center_y" | "Rs" | "alpha_Rs" | "r_trunc" | "ra_0"
-        | "dec_0" => "arcsec",
-        _ if own.starts_with(['F', 'G']) || ["g1", "g2", "g3", "g4"].contains(&own) => "1/arcsec",
-        _ => "",
-    };
     ParameterSummary {
+        name,
         unit,
+        label,
         derived: edges.is_none(),
         mean: statistics.mean,
         median: statistics.median,
@@ -255,6 +243,5 @@ fn summary_of(
         r_hat: convergence.r_hat,
         ess_bulk: convergence.ess_bulk,
         ess_tail: convergence.ess_tail,
-        name,
     }
 }

@@ -43,6 +43,12 @@ pub trait Real:
     fn unless_below(self, test: Self, limit: f64, value: f64) -> Self;
     /// `other` where `test` is below `limit`, elsewhere this number.
     fn or_below(self, test: Self, limit: f64, other: Self) -> Self;
+    /// Functions of each number by itself.
+    fn each<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self; N];
+    /// Whether every number is below `limit`.
+    fn is_below(self, limit: f64) -> bool;
+    /// The largest of the numbers, at least 0.
+    fn largest(self) -> f64;
 }
 
 impl Real for f64 {
@@ -84,6 +90,21 @@ impl Real for f64 {
     #[inline(always)]
     fn or_below(self, test: Self, limit: f64, other: Self) -> Self {
         if test < limit { other } else { self }
+    }
+
+    #[inline(always)]
+    fn each<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self; N] {
+        f(self)
+    }
+
+    #[inline(always)]
+    fn is_below(self, limit: f64) -> bool {
+        self < limit
+    }
+
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        f64::max(0.0, self)
     }
 }
 
@@ -235,6 +256,27 @@ impl Real for Lanes {
             *v = if test < limit { other } else { *v };
         }
         out
+    }
+
+    #[inline(always)]
+    fn each<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self; N] {
+        let mut out = [Self::ZERO; N];
+        for i in 0..LANES {
+            for (lanes, value) in out.iter_mut().zip(f(self.0[i])) {
+                lanes.0[i] = value;
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn is_below(self, limit: f64) -> bool {
+        self.0.iter().all(|v| *v < limit)
+    }
+
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self.0.iter().copied().fold(0.0, f64::max)
     }
 }
 

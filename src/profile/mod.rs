@@ -2,3 +2,5 @@
 
 pub mod light;
 pub mod mass;
+mod parameter;
+pub mod registry;

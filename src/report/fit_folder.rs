@@ -108,7 +108,7 @@ pub fn write_fit(
             Some(PosteriorVariable {
                 name: p.name.clone(),
                 unit: p.unit.into(),
-                label: label_of(&p.name),
+                label: p.label.clone(),
                 draws,
             })
         })
@@ -135,15 +135,13 @@ pub fn write_fit(
 
 /// Corner plot of the named quantities of one or more fits, each with its name in the legend.
 pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[(String, f64)]) -> Figure {
-    let labels: Vec<String> = names.iter().map(|name| label_of(name)).collect();
-    let unit = |name: &str| {
-        let mut all = fits.iter().flat_map(|(_, fit)| &fit.parameters);
-        all.find(|p| p.name == name).map_or("", |p| p.unit)
-    };
+    let told = |name: &str| fits.iter().flat_map(|(_, fit)| &fit.parameters).find(|p| p.name == name);
     let parameters: Vec<CornerParameter> = names
         .iter()
-        .zip(&labels)
-        .map(|(name, label)| CornerParameter { label, unit: unit(name), truth: truth_of(truths, name) })
+        .map(|name| {
+            let (label, unit) = told(name).map_or((*name, ""), |p| (&p.label, p.unit));
+            CornerParameter { label, unit, truth: truth_of(truths, name) }
+        })
         .collect();
     let draws: Vec<Vec<Vec<f64>>> = fits
         .iter()
@@ -162,15 +160,14 @@ pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[(String, f
 
 /// Draws of every chain, parameter by parameter.
 fn trace_figure(fit: &Fit, truths: &[(String, f64)]) -> Figure {
-    let labels: Vec<String> = fit.parameters.iter().map(|p| label_of(&p.name)).collect();
     let draws: Vec<Vec<Vec<f64>>> =
         fit.parameters.iter().map(|p| fit.draws_of(&p.name).unwrap_or_default()).collect();
     let parameters: Vec<TraceParameter> = fit
         .parameters
         .iter()
-        .zip(labels.iter().zip(&draws))
-        .map(|(p, (label, draws))| TraceParameter {
-            label,
+        .zip(&draws)
+        .map(|(p, draws)| TraceParameter {
+            label: &p.label,
             chains: draws.iter().map(Vec::as_slice).collect(),
             truth: truth_of(truths, &p.name),
         })
@@ -208,7 +205,7 @@ fn source_figure(fit: &Fit) -> Option<Figure> {
     const RADII: f64 = 4.0;
     let model = &fit.likelihood.model;
     let value = |name: &str| model.value_of(&format!("source.{name}"), &fit.best_fit);
-    let parameters = Sersic::PARAMETERS.map(value);
+    let parameters = Sersic::PARAMETERS.map(|parameter| value(parameter.name));
     let [Some(radius), Some(n), Some(e1), Some(e2), Some(x), Some(y)] = parameters else { return None };
     let source = Sersic::of_unit_amplitude([radius, n, e1, e2, x, y]).ok()?;
     let (amplitude, half) = (fit.image.amplitudes.first()?, RADII * radius);
@@ -220,56 +217,4 @@ fn source_figure(fit: &Fit) -> Option<Figure> {
     let faintest = observation.background_rms_e_s / observation.grid.pixel_scale_arcsec().powi(2);
     let extent_arcsec = [x - half, x + half, y - half, y + half];
     Some(source_plane(GridData { values: &values, nx: PIXELS, ny: PIXELS, extent_arcsec }, faintest))
-}
-
-/// `gamma1_los` as it stands on an axis.
-pub fn label_of(name: &str) -> String {
-    let (part, own) = name.rsplit_once('.').unwrap_or(("", name));
-    let label = match own.split_once('_') {
-        Some((quantity @ ("gamma1" | "gamma2"), place)) => {
-            format!("γ_{{{}}}^{{{}}}", &quantity[5..], place_name(place))
-        }
-        Some(("omega", place)) => format!("ω_{{{}}}", place_name(place)),
-        Some(("kappa", place)) => format!("κ_{{{}}}", place_name(place)),
-        Some((flexion, place)) if flexion.len() == 2 && flexion.starts_with(['F', 'G']) => {
-            format!("{}_{{{}}}^{{{}}}", &flexion[..1], &flexion[1..], place_name(place))
-        }
-        _ => match own {
-            "theta_E" => "θ_{E}".into(),
-            "gamma" => "γ".into(),
-            "e1" => "e_{1}".into(),
-            "e2" => "e_{2}".into(),
-            "R_sersic" => "R".into(),
-            "n_sersic" => "n".into(),
-            "center_x" => "x".into(),
-            "center_y" => "y".into(),
-            other => other.into(),
-        },
-    };
-    let of = match part.trim_end_matches(char::is_numeric) {
-        "source" => "s",
-        "lens_light" => "l",
-        _ => return label,
-    };
-    format!("{label}^{{{of}}}")
-}
-
-/// `los` stands in capitals.
-fn place_name(place: &str) -> &str {
-    if place == "los" { "LOS" } else { place }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn labels_are_those_of_the_paper() {
-        assert_eq!(label_of("gamma1_los"), "γ_{1}^{LOS}");
-        assert_eq!(label_of("omega_los"), "ω_{LOS}");
-        assert_eq!(label_of("F2_1los"), "F_{2}^{1los}");
-        assert_eq!(label_of("lens.theta_E"), "θ_{E}");
-        assert_eq!(label_of("source.e1"), "e_{1}^{s}");
-        assert_eq!(label_of("lens_light.n_sersic"), "n^{l}");
-    }
 }

@@ -3,11 +3,10 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use haloray::inference::model::CompiledModel;
+use haloray::inference::model::{CompiledModel, FreeParameter};
 use haloray::io::{Column, Provenance, RAYS_GROUP, Staging, Table};
 use haloray::pipeline::{CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, calibrate, calibration_of};
 use haloray::plot::figures::{RankHistogram, calibration};
-use haloray::report::label_of;
 use haloray::{Error, Result};
 use serde::Serialize;
 
@@ -65,7 +64,7 @@ pub fn run(args: &CalibrationArgs, bars: &Bars) -> Result<()> {
         let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::write(path, e))?;
         std::fs::write(path, json + "\n").map_err(|e| Error::write(path, e))
     })?;
-    let figure = calibration(&parameters.iter().map(histogram).collect::<Vec<_>>());
+    let figure = calibration(&parameters.iter().zip(&model.free).map(histogram).collect::<Vec<_>>());
     staging.write("calibration.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
     let files = staging.commit()?;
     if !bars.is_quiet() {
@@ -75,9 +74,9 @@ pub fn run(args: &CalibrationArgs, bars: &Bars) -> Result<()> {
     Ok(())
 }
 
-fn histogram(parameter: &ParameterCalibration) -> RankHistogram {
+fn histogram((parameter, free): (&ParameterCalibration, &FreeParameter)) -> RankHistogram {
     RankHistogram {
-        label: label_of(&parameter.name),
+        label: free.label(),
         counts: parameter.rank_counts.iter().map(|n| *n as f64).collect(),
         p_value: parameter.p_value,
         coverage: parameter.coverage,

@@ -3,19 +3,62 @@
 use std::collections::BTreeMap;
 
 use super::description::{LightDescription, ModelDescription, ParameterRule, ProfileDescription};
-use crate::error::{Error, Result};
+use crate::error::{Domain, Error, Result};
 use crate::inference::parameter::Prior;
 use crate::mapping::tidal::{LineOfSightKind, LineOfSightModel};
 use crate::profile::light::Sersic;
-use crate::profile::mass::{MassKind, MassModel};
+use crate::profile::mass::MassModel;
+use crate::profile::registry::{Description, Named, Parameter, lens_light, mass, source};
+
+/// The parts of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The line of sight, whose parameters have no prefix.
+    LineOfSight,
+    /// Mass of the lens.
+    Lens,
+    /// Light of the source.
+    Source,
+    /// Light of the lens.
+    LensLight,
+}
 
 /// A parameter that is fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeParameter {
     /// `gamma1_los`, `lens.theta_E`, `source.R_sersic`, …; numbered (`lens2.…`) from the second component on.
     pub name: String,
+    /// The part it belongs to.
+    pub part: Part,
+    /// What is known of it.
+    pub parameter: &'static Parameter,
     /// Its prior.
     pub prior: Prior,
+}
+
+impl FreeParameter {
+    /// How it stands on an axis.
+    pub fn label(&self) -> String {
+        let label = self.parameter.label;
+        match self.part {
+            Part::LineOfSight | Part::Lens => label.into(),
+            Part::Source => format!("{label}^{{s}}"),
+            Part::LensLight => format!("{label}^{{l}}"),
+        }
+    }
+}
+
+/// A number that a fit tells of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantity {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// How it stands on an axis.
+    pub label: String,
+    /// The edges of its prior; `None` if it is computed from the fitted parameters.
+    pub edges: Option<[f64; 2]>,
 }
 
 /// Where the value of a slot comes from.
@@ -31,12 +74,12 @@ pub struct CompiledModel {
     /// Parameters to fit, in the order of the description.
     pub free: Vec<FreeParameter>,
     pub(super) line_of_sight: LineOfSightKind,
-    pub(super) lenses: Vec<MassKind>,
+    pub(super) lenses: Vec<&'static Description<MassModel>>,
     pub(super) sources: usize,
     pub(super) lens_lights: usize,
     /// Normal prior of each light's amplitude, sources first.
     pub(crate) amplitude_priors: Vec<[f64; 2]>,
-    names: Vec<String>,
+    slots: Vec<Slot>,
     origins: Vec<Origin>,
 }
 
@@ -51,28 +94,20 @@ impl CompiledModel {
     pub fn new(description: &ModelDescription) -> Result<Self> {
         let mut slots = Slots::default();
         let los = &description.line_of_sight;
-        slots.add("", "line_of_sight", los.model.parameters(), &los.parameters, |_| Some(0.0))?;
+        let numbers = los.model.parameters();
+        slots.add((Part::LineOfSight, 0), "line_of_sight", numbers, &los.parameters, |p| p.default)?;
         let mut lenses = Vec::new();
         for (i, ProfileDescription { profile, parameters }) in description.lens.iter().enumerate() {
-            let kind = MassKind::named(profile)?;
-            let default = |parameter: &str| kind.default_of(profile, parameter);
-            slots.add(&numbered("lens", i), profile, kind.parameters(), parameters, default)?;
-            lenses.push(kind);
+            lenses.push(slots.add_profile((Part::Lens, i), &mass(profile)?, parameters)?);
         }
         let mut amplitude_priors = Vec::new();
-        for (part, lights) in [("source", &description.source), ("lens_light", &description.lens_light)] {
-            for (i, light) in lights.iter().enumerate() {
-                let default = |parameter: &str| (!parameter.ends_with("_sersic")).then_some(0.0);
-                check_light(light)?;
-                slots.add(
-                    &numbered(part, i),
-                    &light.profile,
-                    &Sersic::PARAMETERS,
-                    &light.parameters,
-                    default,
-                )?;
-                amplitude_priors.push(light.amplitude.unwrap_or(WIDE_AMPLITUDE));
-            }
+        for (i, light) in description.source.iter().enumerate() {
+            slots.add_profile((Part::Source, i), &source(&light.profile)?, &light.parameters)?;
+            amplitude_priors.push(amplitude_prior(light)?);
+        }
+        for (i, light) in description.lens_light.iter().enumerate() {
+            slots.add_profile((Part::LensLight, i), &lens_light(&light.profile)?, &light.parameters)?;
+            amplitude_priors.push(amplitude_prior(light)?);
         }
         for (part, count) in [("lens", lenses.len()), ("source", description.source.len())] {
             if count == 0 || count > 8 {
@@ -90,7 +125,7 @@ impl CompiledModel {
             sources: description.source.len(),
             lens_lights: description.lens_light.len(),
             amplitude_priors,
-            names: slots.names,
+            slots: slots.0,
             origins,
         })
     }
@@ -102,8 +137,8 @@ impl CompiledModel {
 
     /// Names of the amplitudes, in the order of [`Self::lights`].
     pub fn amplitude_names(&self) -> Vec<String> {
-        let parts = [("source", self.sources), ("lens_light", self.lens_lights)];
-        parts.iter().flat_map(|(part, n)| (0..*n).map(move |i| numbered(part, i) + "amp")).collect()
+        let parts = [(Part::Source, self.sources), (Part::LensLight, self.lens_lights)];
+        parts.iter().flat_map(|(part, n)| (0..*n).map(move |i| part.prefix(i) + "amp")).collect()
     }
 
     /// Values of the free parameters at latent coordinates, and their derivatives.
@@ -118,7 +153,7 @@ impl CompiledModel {
 
     /// Value of the named slot (free, fixed or tied) for the values of the free parameters.
     pub fn value_of(&self, name: &str, free: &[f64]) -> Option<f64> {
-        let slot = self.names.iter().position(|own| own == name)?;
+        let slot = self.slots.iter().position(|own| own.name == name)?;
         Some(self.slot_value(slot, free))
     }
 
@@ -132,6 +167,25 @@ impl CompiledModel {
     /// True for the full line of sight, from which γ_LOS and ω_LOS follow.
     pub fn has_implied_minimal(&self) -> bool {
         self.line_of_sight == LineOfSightKind::Full
+    }
+
+    /// What a fit tells of: the free parameters and, for the full line of sight, the minimal quantities it implies.
+    pub fn quantities(&self) -> Vec<Quantity> {
+        let free = self.free.iter().map(|p| Quantity {
+            name: p.name.clone(),
+            unit: p.parameter.unit,
+            label: p.label(),
+            edges: Some(p.prior.edges()),
+        });
+        let minimal = LineOfSightKind::Minimal.parameters().iter();
+        let implied = minimal.filter(|p| self.has_implied_minimal() && IMPLIED.contains(&p.name));
+        let implied = implied.map(|p| Quantity {
+            name: p.name.into(),
+            unit: p.unit,
+            label: p.label.into(),
+            edges: None,
+        });
+        free.chain(implied).collect()
     }
 
     /// The minimal model that the numbers of a full line of sight imply, A_LOS = A_odᵀ A_ds⁻¹ A_os.
@@ -171,7 +225,7 @@ impl CompiledModel {
     /// Slots of the line of sight and of all lenses, which shape β; the lights' follow.
     pub(super) fn mapping_slots(&self) -> usize {
         self.line_of_sight.parameters().len()
-            + self.lenses.iter().map(|l| l.parameters().len()).sum::<usize>()
+            + self.lenses.iter().map(|l| l.parameters.len()).sum::<usize>()
     }
 
     /// The lenses at values of the free parameters.
@@ -189,63 +243,88 @@ impl CompiledModel {
     pub(super) fn build(&self, slots: &[f64]) -> Result<(Vec<MassModel>, Vec<Sersic>)> {
         let mut at = self.line_of_sight.parameters().len();
         let mut lenses = Vec::with_capacity(self.lenses.len());
-        for kind in &self.lenses {
-            let end = at + kind.parameters().len();
-            lenses.push(kind.build(&slots[at..end])?);
+        for lens in &self.lenses {
+            let end = at + lens.parameters.len();
+            lenses.push(lens.build(&slots[at..end])?);
             at = end;
         }
-        let lights = slots[at..]
-            .chunks_exact(Sersic::PARAMETERS.len())
-            .map(|p| Sersic::of_unit_amplitude([p[0], p[1], p[2], p[3], p[4], p[5]]));
-        Ok((lenses, lights.collect::<Result<_>>()?))
+        let (lights, _) = slots[at..].as_chunks();
+        Ok((lenses, lights.iter().map(|light| Sersic::of_unit_amplitude(*light)).collect::<Result<_>>()?))
     }
 }
 
-/// `lens.` for the first component, `lens2.` for the second.
-fn numbered(part: &str, i: usize) -> String {
-    if i == 0 { format!("{part}.") } else { format!("{part}{}.", i + 1) }
+/// What the minimal model has of the full one beside its foreground.
+const IMPLIED: [&str; 3] = ["gamma1_los", "gamma2_los", "omega_los"];
+
+impl Part {
+    /// `lens.` for the first component, `lens2.` for the second.
+    fn prefix(self, i: usize) -> String {
+        let part = match self {
+            Self::LineOfSight => return String::new(),
+            Self::Lens => "lens",
+            Self::Source => "source",
+            Self::LensLight => "lens_light",
+        };
+        if i == 0 { format!("{part}.") } else { format!("{part}{}.", i + 1) }
+    }
 }
 
-fn check_light(light: &LightDescription) -> Result<()> {
-    if !["SERSIC_ELLIPSE", "SERSIC"].contains(&light.profile.as_str()) {
-        let allowed = "SERSIC_ELLIPSE or SERSIC";
-        return Err(Error::out_of_range("profile of a light", &light.profile, allowed));
-    }
+fn amplitude_prior(light: &LightDescription) -> Result<[f64; 2]> {
     match light.amplitude {
         Some([mean, sd]) if !(mean.is_finite() && sd.is_finite() && sd > 0.0) => {
             Err(Error::out_of_range("amplitude of a light", format!("[{mean}, {sd}]"), "[mean, positive sd]"))
         }
-        _ => Ok(()),
+        own => Ok(own.unwrap_or(WIDE_AMPLITUDE)),
     }
 }
 
-/// Names and rules while the slots are collected.
-#[derive(Default)]
-struct Slots {
-    names: Vec<String>,
-    rules: Vec<ParameterRule>,
+/// One number of a model.
+#[derive(Debug, Clone)]
+struct Slot {
+    name: String,
+    part: Part,
+    parameter: &'static Parameter,
+    rule: ParameterRule,
 }
 
+/// The slots while they are collected.
+#[derive(Default)]
+struct Slots(Vec<Slot>);
+
 impl Slots {
+    /// Slots for all parameters of a profile, which is returned.
+    fn add_profile<M>(
+        &mut self,
+        place: (Part, usize),
+        profile: &Named<M>,
+        given: &BTreeMap<String, ParameterRule>,
+    ) -> Result<&'static Description<M>> {
+        let parameters = profile.description.parameters;
+        self.add(place, profile.name.name, parameters, given, |parameter| profile.default_of(parameter))?;
+        Ok(profile.description)
+    }
+
     /// Slots for all `parameters` of one component, in order.
     fn add(
         &mut self,
-        prefix: &str,
+        (part, i): (Part, usize),
         component: &str,
-        parameters: &[&str],
+        parameters: &'static [Parameter],
         given: &BTreeMap<String, ParameterRule>,
-        default: impl Fn(&str) -> Option<f64>,
+        default: impl Fn(&Parameter) -> Option<f64>,
     ) -> Result<()> {
-        if let Some(unknown) = given.keys().find(|key| !parameters.contains(&key.as_str())) {
-            let allowed = format!("one of {}", parameters.join(", "));
+        if let Some(unknown) = given.keys().find(|key| parameters.iter().all(|own| own.name != key.as_str())) {
+            let names: Vec<&str> = parameters.iter().map(|own| own.name).collect();
+            let allowed = format!("one of {}", names.join(", "));
             return Err(Error::out_of_range(&format!("parameter of {component}"), unknown, &allowed));
         }
         for parameter in parameters {
-            let rule = given.get(*parameter).cloned().or(default(parameter).map(ParameterRule::Fixed));
-            let what = format!("{prefix}{parameter} of {component}");
+            let name = part.prefix(i) + parameter.name;
+            let rule = given.get(parameter.name).cloned().or(default(parameter).map(ParameterRule::Fixed));
             let allowed = "a number, a prior or the name of another parameter";
-            self.rules.push(rule.ok_or_else(|| Error::out_of_range(&what, "missing", allowed))?);
-            self.names.push(format!("{prefix}{parameter}"));
+            let missing = || Error::out_of_range(&format!("{name} of {component}"), "missing", allowed);
+            let rule = rule.ok_or_else(missing)?;
+            self.0.push(Slot { name, part, parameter, rule });
         }
         Ok(())
     }
@@ -253,28 +332,25 @@ impl Slots {
     fn resolve(&self) -> Result<(Vec<FreeParameter>, Vec<Origin>)> {
         let mut free = Vec::new();
         let mut origins: Vec<Option<Origin>> = Vec::new();
-        for (name, rule) in self.names.iter().zip(&self.rules) {
+        for Slot { name, part, parameter, rule } in &self.0 {
             origins.push(match rule {
-                ParameterRule::Fixed(value) if !value.is_finite() => {
-                    return Err(Error::out_of_range(name, value, "a finite number"));
-                }
-                ParameterRule::Fixed(value) => Some(Origin::Fixed(*value)),
+                ParameterRule::Fixed(value) => Some(Origin::Fixed(Domain::FINITE.check(name, *value)?)),
                 ParameterRule::Free(prior) => {
                     prior.validate(name)?;
-                    free.push(FreeParameter { name: name.clone(), prior: *prior });
+                    free.push(FreeParameter { name: name.clone(), part: *part, parameter, prior: *prior });
                     Some(Origin::Free(free.len() - 1))
                 }
                 ParameterRule::Tied(_) => None,
             });
         }
-        let resolved = (0..origins.len()).map(|slot| match (&self.rules[slot], origins[slot]) {
-            (_, Some(origin)) => Ok(origin),
+        let resolved = self.0.iter().zip(&origins).map(|(slot, origin)| match (&slot.rule, origin) {
+            (_, Some(origin)) => Ok(*origin),
             (ParameterRule::Tied(other), None) => {
-                let target = self.names.iter().position(|name| name == other).and_then(|i| origins[i]);
+                let target = self.0.iter().position(|own| own.name == *other).and_then(|i| origins[i]);
                 let allowed = "the name of a parameter that is a number or has a prior, such as lens.e1";
-                target.ok_or_else(|| Error::out_of_range(&self.names[slot], other, allowed))
+                target.ok_or_else(|| Error::out_of_range(&slot.name, other, allowed))
             }
-            (_, None) => Err(Error::out_of_range(&self.names[slot], "without a rule", "a rule")),
+            (_, None) => Err(Error::out_of_range(&slot.name, "without a rule", "a rule")),
         });
         Ok((free, resolved.collect::<Result<_>>()?))
     }
@@ -297,6 +373,24 @@ mod tests {
         assert_eq!(model.value_of("source.e2", &[0.7]), Some(0.7));
         assert_eq!(model.value_of("lens.gamma", &[0.7]), Some(2.0));
         assert_eq!(model.gather(&vec![1.0; model.origins.len()]), [2.0]);
+    }
+
+    #[test]
+    fn labels_and_units_are_those_of_the_paper() {
+        let sight = "[line_of_sight]\nmodel = \"flexion-minimal\"\n[line_of_sight.parameters]\n\
+                     gamma1_los = { normal = [0, 1] }\nomega_los = { normal = [0, 1] }\nF2_1los = { normal = [0, 1] }\n\
+                     [[lens_light]]\nprofile = \"SERSIC\"\nparameters = { R_sersic = 1, n_sersic = { uniform = [1, 2] } }\n";
+        let quantities = compile(sight).unwrap().quantities();
+        let told: Vec<(&str, &str)> = quantities.iter().map(|q| (q.label.as_str(), q.unit)).collect();
+        let arcsec = "arcsec";
+        let wanted = [
+            ("γ_{1}^{LOS}", ""),
+            ("ω_{LOS}", ""),
+            ("F_{2}^{1los}", "1/arcsec"),
+            ("θ_{E}", arcsec),
+            ("n^{l}", ""),
+        ];
+        assert_eq!(told, wanted);
     }
 
     #[test]

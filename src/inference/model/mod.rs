@@ -6,6 +6,6 @@ mod description;
 mod mesh;
 
 pub(crate) use brightness::Evaluation;
-pub use compiled::{CompiledModel, FreeParameter};
+pub use compiled::{CompiledModel, FreeParameter, Part, Quantity};
 pub use description::{BUILT_IN, LightDescription, ModelDescription, ParameterRule, ProfileDescription};
 pub use mesh::Mesh;

@@ -8,8 +8,10 @@ use crate::error::{Error, Result};
 use crate::inference::likelihood::ImageLikelihood;
 use crate::inference::likelihood::LatentLikelihood;
 use crate::inference::likelihood::Observation;
+use crate::inference::model::{FreeParameter, Part};
 use crate::numerics::random::{Stage, stream};
 use crate::profile::mass::mean_convergence;
+use crate::profile::registry::{Guess, Role};
 
 /// Einstein radii tried in a round of guesses, and random shapes for each.
 const RADII: u64 = 10;
@@ -163,17 +165,13 @@ fn guess(likelihood: &ImageLikelihood, seed: u64, number: u64) -> Vec<f64> {
     let free = likelihood.model.free.iter();
     let latent: Vec<f64> = free
         .map(|parameter| {
-            let (part, own) = parameter.name.split_once('.').unwrap_or(("", &parameter.name));
-            let own_guess = match (part.trim_end_matches(char::is_numeric), own) {
-                ("lens", "theta_E") => Some(einstein_radius),
-                ("lens", "R_sersic") => Some(half_light_radius(observation) * (0.3 * random()).exp()),
-                ("lens", "n_sersic") => Some(4.0),
-                ("source", "R_sersic") => Some(0.25 * einstein_radius * (0.5 * random()).exp()),
-                ("source", "n_sersic") => Some(1.5 * (0.3 * random()).exp()),
-                ("lens_light", "R_sersic") => Some(half_light_radius(observation) * (0.3 * random()).exp()),
-                ("lens_light", "n_sersic") => Some(3.0),
-                ("", _) => Some(0.0),
-                _ => None,
+            let own_guess = match parameter.parameter.guess {
+                Guess::Prior => None,
+                Guess::EinsteinRadius => Some(einstein_radius),
+                Guess::HalfLight => Some(half_light_radius(observation) * (0.3 * random()).exp()),
+                Guess::SourceRadius => Some(0.25 * einstein_radius * (0.5 * random()).exp()),
+                Guess::About([median, scatter]) => Some(median * (scatter * random()).exp()),
+                Guess::Fixed(value) => Some(value),
             };
             own_guess.map_or_else(|| spread * random(), |v| parameter.prior.to_latent(v).clamp(-5.0, 5.0))
         })
@@ -196,7 +194,7 @@ fn with_einstein_radius(
         return latent;
     }
     for ((parameter, value), z) in model.free.iter().zip(values).zip(&mut latent) {
-        if [".k_eff", ".alpha_Rs"].iter().any(|strength| parameter.name.ends_with(strength)) {
+        if parameter.parameter.role == Role::Strength {
             *z = parameter.prior.to_latent(factor * value).clamp(-3.0, 3.0);
         }
     }
@@ -223,7 +221,10 @@ fn half_light_radius(observation: &Observation) -> f64 {
 
 /// Whether a parameter belongs to the line of sight or is the Sérsic index of a source.
 fn held_at_first(likelihood: &ImageLikelihood) -> Vec<bool> {
-    let is_held =
-        |name: &str| !name.contains('.') || (name.starts_with("source") && name.ends_with("n_sersic"));
-    likelihood.model.free.iter().map(|parameter| is_held(&parameter.name)).collect()
+    let is_held = |parameter: &FreeParameter| match parameter.part {
+        Part::LineOfSight => true,
+        Part::Source => parameter.parameter.role == Role::Shape,
+        Part::Lens | Part::LensLight => false,
+    };
+    likelihood.model.free.iter().map(is_held).collect()
 }

@@ -5,18 +5,7 @@ use serde::{Deserialize, Serialize};
 use spec_math::cephes64::{ndtr, ndtri};
 
 use crate::error::{Error, Result, require};
-
-/// The shape of a prior before it is cut to [`Prior::low`]–[`Prior::high`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum PriorShape {
-    /// Uniform between two edges.
-    Uniform([f64; 2]),
-    /// Normal: mean and standard deviation.
-    Normal([f64; 2]),
-    /// Log-normal: median, and standard deviation of the natural logarithm.
-    LogNormal([f64; 2]),
-}
+pub use crate::profile::registry::PriorShape;
 
 /// The prior of one parameter: `{ uniform = [a, b] }`, `{ normal = [mean, sd] }` or `{ log_normal = [median, sd of ln] }`;
 /// the last two may be cut with `low` and `high`.

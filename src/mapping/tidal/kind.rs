@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::flexion::{Flexion, FlexionModel};
 use super::model::LineOfSightModel;
 use super::tensor::Tidal;
+use crate::profile::registry::{Guess, Parameter};
 
 /// Which model of the line of sight, without its numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,82 +24,58 @@ pub enum LineOfSightKind {
     FlexionMinimal,
 }
 
-/// Names of the numbers of the full model, tensor by tensor.
-const FULL: [&str; 12] = [
-    "kappa_od",
-    "gamma1_od",
-    "gamma2_od",
-    "omega_od",
-    "kappa_os",
-    "gamma1_os",
-    "gamma2_os",
-    "omega_os",
-    "kappa_ds",
-    "gamma1_ds",
-    "gamma2_ds",
-    "omega_ds",
+/// The numbers of tensors and flexions one after the other, each of a place and of how that is raised in a label.
+macro_rules! numbers {
+    (@ [$($all:expr,)*]) => { &[$($all,)*] };
+    (@ [$($all:expr,)*] still($place:literal, $raised:literal) $($rest:tt)*) => {
+        numbers!(@ [$($all,)*
+            Parameter { name: concat!("kappa_", $place), label: concat!("κ_{", $raised, "}"), ..NUMBER },
+            Parameter { name: concat!("gamma1_", $place), label: concat!("γ_{1}^{", $raised, "}"), ..NUMBER },
+            Parameter { name: concat!("gamma2_", $place), label: concat!("γ_{2}^{", $raised, "}"), ..NUMBER },
+        ] $($rest)*)
+    };
+    (@ [$($all:expr,)*] omega($place:literal, $raised:literal) $($rest:tt)*) => {
+        numbers!(@ [$($all,)*
+            Parameter { name: concat!("omega_", $place), label: concat!("ω_{", $raised, "}"), ..NUMBER },
+        ] $($rest)*)
+    };
+    (@ [$($all:expr,)*] flexion($place:literal, $raised:literal) $($rest:tt)*) => {
+        numbers!(@ [$($all,)*
+            Parameter { name: concat!("F1_", $place), label: concat!("F_{1}^{", $raised, "}"), ..FLEXED },
+            Parameter { name: concat!("F2_", $place), label: concat!("F_{2}^{", $raised, "}"), ..FLEXED },
+            Parameter { name: concat!("G1_", $place), label: concat!("G_{1}^{", $raised, "}"), ..FLEXED },
+            Parameter { name: concat!("G2_", $place), label: concat!("G_{2}^{", $raised, "}"), ..FLEXED },
+        ] $($rest)*)
+    };
+    (@ [$($all:expr,)*] tensor($place:literal, $raised:literal) $($rest:tt)*) => {
+        numbers!(@ [$($all,)*] still($place, $raised) omega($place, $raised) $($rest)*)
+    };
+    ($($rest:tt)*) => { numbers!(@ [] $($rest)*) };
+}
+
+/// Numbers of a line of sight that a search for the best fit takes for empty at first.
+const NUMBER: Parameter = Parameter { guess: Guess::Fixed(0.0), ..Parameter::FIELD };
+const FLEXED: Parameter = Parameter { guess: Guess::Fixed(0.0), ..Parameter::FLEXION };
+
+const FULL: &[Parameter] = numbers![tensor("od", "od") tensor("os", "os") tensor("ds", "ds")];
+const MINIMAL: &[Parameter] = numbers![tensor("od", "od") tensor("los", "LOS")];
+const FLEXION: &[Parameter] = numbers![
+    still("od", "od") tensor("os", "os") still("ds", "ds")
+    flexion("od", "od") flexion("os", "os") flexion("1ds", "1ds") flexion("2ds", "2ds")
 ];
-const MINIMAL: [&str; 8] =
-    ["kappa_od", "gamma1_od", "gamma2_od", "omega_od", "kappa_los", "gamma1_los", "gamma2_los", "omega_los"];
-const FLEXION: [&str; 26] = [
-    "kappa_od",
-    "gamma1_od",
-    "gamma2_od",
-    "kappa_os",
-    "gamma1_os",
-    "gamma2_os",
-    "omega_os",
-    "kappa_ds",
-    "gamma1_ds",
-    "gamma2_ds",
-    "F1_od",
-    "F2_od",
-    "G1_od",
-    "G2_od",
-    "F1_os",
-    "F2_os",
-    "G1_os",
-    "G2_os",
-    "F1_1ds",
-    "F2_1ds",
-    "G1_1ds",
-    "G2_1ds",
-    "F1_2ds",
-    "F2_2ds",
-    "G1_2ds",
-    "G2_2ds",
-];
-const FLEXION_MINIMAL: [&str; 19] = [
-    "kappa_od",
-    "gamma1_od",
-    "gamma2_od",
-    "kappa_los",
-    "gamma1_los",
-    "gamma2_los",
-    "omega_los",
-    "F1_od",
-    "F2_od",
-    "G1_od",
-    "G2_od",
-    "F1_los",
-    "F2_los",
-    "G1_los",
-    "G2_los",
-    "F1_1los",
-    "F2_1los",
-    "G1_1los",
-    "G2_1los",
+const FLEXION_MINIMAL: &[Parameter] = numbers![
+    still("od", "od") tensor("los", "LOS") flexion("od", "od") flexion("los", "LOS") flexion("1los", "1los")
 ];
 
 impl LineOfSightKind {
-    /// Names of the numbers, lenstronomy's with omega_od and omega_ds beside them, in the order of [`Self::build`].
-    pub fn parameters(self) -> &'static [&'static str] {
+    /// The numbers under lenstronomy's names, with omega_od and omega_ds beside them, in the order of [`Self::build`].
+    pub fn parameters(self) -> &'static [Parameter] {
         match self {
             Self::None => &[],
-            Self::Full => &FULL,
-            Self::Minimal => &MINIMAL,
-            Self::Flexion => &FLEXION,
-            Self::FlexionMinimal => &FLEXION_MINIMAL,
+            Self::Full => FULL,
+            Self::Minimal => MINIMAL,
+            Self::Flexion => FLEXION,
+            Self::FlexionMinimal => FLEXION_MINIMAL,
         }
     }
 

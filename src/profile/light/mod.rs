@@ -2,7 +2,7 @@
 
 mod sersic;
 
-pub use sersic::{B_N_SLOPE, Sersic, b_n};
+pub use sersic::{B_N_SLOPE, LENS_LIGHTS, SOURCES, Sersic, b_n};
 
 /// A surface-brightness distribution.
 pub trait LightProfile: Sync {

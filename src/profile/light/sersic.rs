@@ -4,9 +4,12 @@ use multiversion::multiversion;
 use statrs::function::gamma::ln_gamma;
 
 use super::LightProfile;
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{Lanes, Real};
+use crate::profile::parameter::{
+    Description, Guess, Name, Parameter, PriorShape, checked_centre, checked_ellipticity, exactly,
+};
 
 /// Elliptical Sérsic profile I = I_R·exp{−b_n[(R/R_s)^{1/n} − 1]}, R = √(qx² + y²/q) in its own axes.
 ///
@@ -63,13 +66,11 @@ impl Sersic {
         ellipticity: [f64; 2],
         centre_arcsec: [f64; 2],
     ) -> Result<Self> {
-        require(flux >= 0.0, "flux", flux, "zero or positive")?;
-        require(radius_arcsec > 0.0, "radius_arcsec", radius_arcsec, "positive")?;
-        require((0.3..=10.0).contains(&index), "sersic_index", index, "between 0.3 and 10")?;
-        let e = ellipticity[0].hypot(ellipticity[1]);
-        require(e < 1.0, "|e| of the light", e, "below 1")?;
-        require(true, "centre_x_arcsec", centre_arcsec[0], "finite")?;
-        require(true, "centre_y_arcsec", centre_arcsec[1], "finite")?;
+        Domain::NON_NEGATIVE.check("flux", flux)?;
+        Parameter::SERSIC_RADIUS.domain.check("radius_arcsec", radius_arcsec)?;
+        Parameter::SERSIC_INDEX.domain.check("sersic_index", index)?;
+        checked_ellipticity("light", ellipticity)?;
+        checked_centre(centre_arcsec)?;
         Ok(Self {
             amplitude: amplitude_of_flux(flux, radius_arcsec, index),
             radius_arcsec,
@@ -89,8 +90,29 @@ impl Sersic {
         Ok(Self { amplitude: 1.0, ..Self::with_flux(1.0, radius, index, [e1, e2], [x, y])? })
     }
 
-    /// Names of the parameters beside the amplitude, as in lenstronomy's `SERSIC_ELLIPSE`.
-    pub const PARAMETERS: [&str; 6] = ["R_sersic", "n_sersic", "e1", "e2", "center_x", "center_y"];
+    /// The parameters beside the amplitude, as those of a lens.
+    pub const PARAMETERS: [Parameter; 6] = [
+        Parameter::SERSIC_RADIUS,
+        Parameter { guess: Guess::Fixed(3.0), ..Parameter::SERSIC_INDEX },
+        Parameter::E1,
+        Parameter::E2,
+        Parameter::CENTRE_X,
+        Parameter::CENTRE_Y,
+    ];
+
+    /// The same parameters as those of a source.
+    const PARAMETERS_OF_SOURCE: [Parameter; 6] = {
+        const NEAR: PriorShape = PriorShape::Uniform([-1.0, 1.0]);
+        let [radius, index, e1, e2, x, y] = Self::PARAMETERS;
+        [
+            Parameter { guess: Guess::SourceRadius, ..radius },
+            Parameter { guess: Guess::About([1.5, 0.3]), ..index },
+            e1,
+            e2,
+            Parameter { usual_prior: NEAR, ..x },
+            Parameter { usual_prior: NEAR, ..y },
+        ]
+    };
 
     #[inline(always)]
     fn radius<R: Real>(&self, at: Cx<R>) -> SersicRadius<R> {
@@ -160,6 +182,23 @@ impl Sersic {
         self.centre_arcsec
     }
 }
+
+const NAMES: &[Name] =
+    &[Name { name: "SERSIC_ELLIPSE", held: &[] }, Name { name: "SERSIC", held: &[("e1", 0.0), ("e2", 0.0)] }];
+
+/// The light profiles that a lens may have, of unit amplitude.
+pub static LENS_LIGHTS: &[Description<Sersic>] = &[Description {
+    names: NAMES,
+    parameters: &Sersic::PARAMETERS,
+    builder: |values| Sersic::of_unit_amplitude(exactly(values)?),
+}];
+
+/// The light profiles that a source may have, of unit amplitude.
+pub static SOURCES: &[Description<Sersic>] = &[Description {
+    names: NAMES,
+    parameters: &Sersic::PARAMETERS_OF_SOURCE,
+    builder: |values| Sersic::of_unit_amplitude(exactly(values)?),
+}];
 
 impl LightProfile for Sersic {
     fn surface_brightness(&self, x: f64, y: f64) -> f64 {
@@ -244,7 +283,7 @@ mod tests {
                 p[i] = v;
                 brightness(p, x, y)
             };
-            check(Sersic::PARAMETERS[i], by, &moved, parameters[i]);
+            check(Sersic::PARAMETERS[i].name, by, &moved, parameters[i]);
         }
     }
 

@@ -18,20 +18,6 @@ const POINTS: [usize; 2] = [32, 8192];
 /// The root is found to this fraction of the radius.
 const ROOT_TOLERANCE: f64 = 1e-14;
 
-impl MassModel {
-    /// Centre of the profile in arcsec; `None` for external fields, which have none.
-    pub fn centre_arcsec(&self) -> Option<[f64; 2]> {
-        match self {
-            Self::Epl(lens) => Some(lens.centre_arcsec),
-            Self::Nfw(lens) => Some(lens.centre_arcsec),
-            Self::TruncatedNfw(lens) => Some(lens.centre_arcsec),
-            Self::Sersic(lens) => Some(lens.centre_arcsec),
-            Self::PointMass(lens) => Some(lens.centre_arcsec),
-            Self::External(_) => None,
-        }
-    }
-}
-
 /// Mean convergence inside the circle of `radius_arcsec` about `centre_arcsec`.
 ///
 /// By Gauss κ̄(R) = (1/πR²)∫κ d²θ = (1/2πR)∮α·n dφ, exact for any lens. The trapezium rule on the circle is spectral;

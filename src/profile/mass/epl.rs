@@ -1,9 +1,10 @@
 //! The elliptical power law (Tessore & Metcalf 2015, A&A 580, A79).
 
-use super::{MassProfile, Response};
-use crate::error::{Result, require};
+use super::{Described, MassProfile, Response};
+use crate::error::Result;
 use crate::numerics::complex::Cx;
 use crate::numerics::real::Real;
+use crate::profile::parameter::{Name, Parameter, checked_centre, checked_ellipticity, exactly};
 
 /// Elliptical power-law lens, κ = (3−γ)/2·(θ_E/√(qx²+y²/q))^(γ−1) in its own axes.
 ///
@@ -19,7 +20,7 @@ use crate::numerics::real::Real;
 pub struct Epl {
     einstein_radius_arcsec: f64,
     ellipticity: [f64; 2],
-    pub(super) centre_arcsec: [f64; 2],
+    centre_arcsec: [f64; 2],
     b_arcsec: f64,
     t: f64,
     /// (aₙ, ∂aₙ/∂t), as many as change the sum.
@@ -37,17 +38,10 @@ impl Epl {
         ellipticity: [f64; 2],
         centre_arcsec: [f64; 2],
     ) -> Result<Self> {
-        require(
-            einstein_radius_arcsec >= 0.0,
-            "einstein_radius_arcsec",
-            einstein_radius_arcsec,
-            "zero or positive",
-        )?;
-        require(slope > 1.0 && slope < 3.0, "the slope gamma", slope, "above 1 and below 3")?;
-        let e = ellipticity[0].hypot(ellipticity[1]);
-        require(e < 1.0, "|e| of the lens", e, "below 1")?;
-        require(true, "centre_x_arcsec", centre_arcsec[0], "finite")?;
-        require(true, "centre_y_arcsec", centre_arcsec[1], "finite")?;
+        Parameter::EINSTEIN_RADIUS.domain.check("einstein_radius_arcsec", einstein_radius_arcsec)?;
+        Parameter::SLOPE.domain.check("the slope gamma", slope)?;
+        let e = checked_ellipticity("lens", ellipticity)?;
+        checked_centre(centre_arcsec)?;
         let t = slope - 1.0;
         Ok(Self {
             einstein_radius_arcsec,
@@ -59,13 +53,19 @@ impl Epl {
         })
     }
 
+    /// x + iy from the centre, no nearer to it than the floor.
     #[inline(always)]
-    fn frame<R: Real>(&self, x: R, y: R) -> Frame<R> {
+    pub(super) fn offset<R: Real>(&self, x: R, y: R) -> Cx<R> {
         const RADIUS_FLOOR_ARCSEC: f64 = 1e-9;
         const LIMIT: f64 = RADIUS_FLOOR_ARCSEC * RADIUS_FLOOR_ARCSEC;
         let z = Cx::new(x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
         let r2 = z.norm_sqr();
-        let z = Cx::new(z.re.unless_below(r2, LIMIT, RADIUS_FLOOR_ARCSEC), z.im.unless_below(r2, LIMIT, 0.0));
+        Cx::new(z.re.unless_below(r2, LIMIT, RADIUS_FLOOR_ARCSEC), z.im.unless_below(r2, LIMIT, 0.0))
+    }
+
+    #[inline(always)]
+    fn frame<R: Real>(&self, x: R, y: R) -> Frame<R> {
+        let z = self.offset(x, y);
         let epsilon = Cx::splat(self.ellipticity[0], self.ellipticity[1]);
         let zeta = z - epsilon * z.conj();
         let norm_sqr = zeta.norm_sqr();
@@ -87,48 +87,6 @@ impl Epl {
             p.re = p.re + *a;
         }
         p
-    }
-
-    /// Deflection α_x + iα_y.
-    #[inline(always)]
-    pub(super) fn complex_deflection<R: Real>(&self, x: R, y: R) -> Cx<R> {
-        let f = self.frame(x, y);
-        (f.zeta * self.sum(f.s)).scale(f.power)
-    }
-
-    /// Deflection, convergence and shear, with the derivatives of the deflection by
-    /// (θ_E, γ, e1, e2, centre x, centre y) written to `by_parameter`.
-    #[inline(always)]
-    pub(super) fn response<R: Real>(&self, x: R, y: R, by_parameter: &mut [Cx<R>]) -> Response<R> {
-        let f = self.frame(x, y);
-        let (mut p, mut dp_ds, mut dp_dt) = (Cx::zero(), Cx::zero(), Cx::zero());
-        for [a, da] in self.series.iter().rev() {
-            dp_ds = dp_ds * f.s + p;
-            p = p * f.s;
-            p.re = p.re + *a;
-            dp_dt = dp_dt * f.s;
-            dp_dt.re = dp_dt.re + *da;
-        }
-        let deflection = (f.zeta * p).scale(f.power);
-        let (convergence, shear) = self.distortion(&f, deflection);
-        let response = Response { deflection, convergence, shear };
-        by_parameter[0] = self.by_einstein_radius(&f, p);
-        by_parameter[1] = deflection.scale(f.ln_radius) + (f.zeta * dp_dt).scale(f.power);
-        let e2 = self.ellipticity[0].powi(2) + self.ellipticity[1].powi(2);
-        for (j, unit) in [Cx::splat(1.0, 0.0), Cx::splat(0.0, 1.0)].into_iter().enumerate() {
-            // δζ = −δε z̄, δs = −δε̄ ζ/ζ̄ + s·(δζ/ζ − conj(δζ/ζ)), δln(b/|ζ|) = −e_j/(1−e²) − Re(δζ/ζ).
-            let d_zeta = -(unit * f.z.conj());
-            let relative = (d_zeta * f.zeta.conj()).scale(f.inverse);
-            let d_s = -(unit.conj() * f.zeta * f.zeta).scale(f.inverse)
-                + f.s * Cx::new(R::splat(0.0), relative.im * 2.0);
-            let d_ln = -relative.re + -self.ellipticity[j] / (1.0 - e2);
-            by_parameter[2 + j] =
-                deflection.scale(d_ln * self.t) + (d_zeta * p + f.zeta * dp_ds * d_s).scale(f.power);
-        }
-        let [xx, xy, yy] = response.hessian();
-        by_parameter[4] = -Cx::new(xx, xy);
-        by_parameter[5] = -Cx::new(xy, yy);
-        response
     }
 
     /// ∂α/∂θ_E = t·α/θ_E.
@@ -182,9 +140,43 @@ impl MassProfile for Epl {
         f.z.dot((f.zeta * self.sum(f.s)).scale(f.power)) / (2.0 - self.t)
     }
 
-    fn deflection(&self, x: f64, y: f64) -> [f64; 2] {
-        let alpha = self.complex_deflection(x, y);
-        [alpha.re, alpha.im]
+    #[inline(always)]
+    fn deflect<R: Real>(&self, x: R, y: R) -> Cx<R> {
+        let f = self.frame(x, y);
+        (f.zeta * self.sum(f.s)).scale(f.power)
+    }
+
+    #[inline(always)]
+    fn respond<R: Real>(&self, x: R, y: R, by_parameter: &mut [Cx<R>]) -> Response<R> {
+        let f = self.frame(x, y);
+        let (mut p, mut dp_ds, mut dp_dt) = (Cx::zero(), Cx::zero(), Cx::zero());
+        for [a, da] in self.series.iter().rev() {
+            dp_ds = dp_ds * f.s + p;
+            p = p * f.s;
+            p.re = p.re + *a;
+            dp_dt = dp_dt * f.s;
+            dp_dt.re = dp_dt.re + *da;
+        }
+        let deflection = (f.zeta * p).scale(f.power);
+        let (convergence, shear) = self.distortion(&f, deflection);
+        let response = Response { deflection, convergence, shear };
+        by_parameter[0] = self.by_einstein_radius(&f, p);
+        by_parameter[1] = deflection.scale(f.ln_radius) + (f.zeta * dp_dt).scale(f.power);
+        let e2 = self.ellipticity[0].powi(2) + self.ellipticity[1].powi(2);
+        for (j, unit) in [Cx::splat(1.0, 0.0), Cx::splat(0.0, 1.0)].into_iter().enumerate() {
+            // δζ = −δε z̄, δs = −δε̄ ζ/ζ̄ + s·(δζ/ζ − conj(δζ/ζ)), δln(b/|ζ|) = −e_j/(1−e²) − Re(δζ/ζ).
+            let d_zeta = -(unit * f.z.conj());
+            let relative = (d_zeta * f.zeta.conj()).scale(f.inverse);
+            let d_s = -(unit.conj() * f.zeta * f.zeta).scale(f.inverse)
+                + f.s * Cx::new(R::splat(0.0), relative.im * 2.0);
+            let d_ln = -relative.re + -self.ellipticity[j] / (1.0 - e2);
+            by_parameter[2 + j] =
+                deflection.scale(d_ln * self.t) + (d_zeta * p + f.zeta * dp_ds * d_s).scale(f.power);
+        }
+        let [xx, xy, yy] = response.hessian();
+        by_parameter[4] = -Cx::new(xx, xy);
+        by_parameter[5] = -Cx::new(xy, yy);
+        response
     }
 
     fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
@@ -205,12 +197,33 @@ impl MassProfile for Epl {
         [3.0 * f.re + g.re, f.im + g.im, f.re - g.re, 3.0 * f.im - g.im]
     }
 
-    fn parameters(&self) -> &'static [&'static str] {
-        &["theta_E", "gamma", "e1", "e2", "center_x", "center_y"]
+    fn parameters(&self) -> &'static [Parameter] {
+        Self::PARAMETERS
+    }
+}
+
+impl Described for Epl {
+    const NAMES: &'static [Name] = &[
+        Name { name: "EPL", held: &[] },
+        Name { name: "SIE", held: &[("gamma", 2.0)] },
+        Name { name: "SIS", held: &[("gamma", 2.0), ("e1", 0.0), ("e2", 0.0)] },
+    ];
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::EINSTEIN_RADIUS,
+        Parameter::SLOPE,
+        Parameter::E1,
+        Parameter::E2,
+        Parameter::CENTRE_X,
+        Parameter::CENTRE_Y,
+    ];
+
+    fn of_parameters(values: &[f64]) -> Result<Self> {
+        let [einstein_radius, slope, e1, e2, x, y] = exactly(values)?;
+        Self::new(einstein_radius, slope, [e1, e2], [x, y])
     }
 
-    fn parameter_derivatives(&self, x: f64, y: f64, by_parameter: &mut [Cx<f64>]) {
-        self.response(x, y, by_parameter);
+    fn centre_arcsec(&self) -> Option<[f64; 2]> {
+        Some(self.centre_arcsec)
     }
 }
 
@@ -257,7 +270,7 @@ mod tests {
                 let lens = build(&[1.2, slope, e, -0.5 * e, 0.0, 0.0]);
                 for x in [0.0, 1e-300, 1e-12, 1e-9, 1e-3, 1.0, 1e6] {
                     let mut by_parameter = [Cx::new(0.0, 0.0); 6];
-                    lens.parameter_derivatives(x, -0.3 * x, &mut by_parameter);
+                    lens.respond(x, -0.3 * x, &mut by_parameter);
                     let mut numbers = vec![lens.potential(x, -0.3 * x)];
                     numbers.extend(lens.deflection(x, -0.3 * x));
                     numbers.extend(lens.hessian(x, -0.3 * x));

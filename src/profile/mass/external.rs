@@ -1,8 +1,10 @@
 //! Convergence, shear and flexion from outside: a cubic potential about an origin.
 
-use super::MassProfile;
-use crate::error::{Result, require};
+use super::{Described, MassProfile, Response};
+use crate::error::{Domain, Result};
 use crate::numerics::complex::Cx;
+use crate::numerics::real::Real;
+use crate::profile::parameter::{Name, Parameter, exactly};
 
 /// ψ = ½(κ+γ1)x² + γ2 xy + ½(κ−γ1)y² + (g1 x³ + 3g2 x²y + 3g3 xy² + g4 y³)/6 about `origin`.
 ///
@@ -32,16 +34,23 @@ impl External {
         third_per_arcsec: [f64; 4],
         origin_arcsec: [f64; 2],
     ) -> Result<Self> {
-        require(true, "kappa", kappa, "finite")?;
+        Domain::FINITE.check("kappa", kappa)?;
         for value in shear.into_iter().chain(third_per_arcsec).chain(origin_arcsec) {
-            require(true, "a number of the external field", value, "finite")?;
+            Domain::FINITE.check("a number of the external field", value)?;
         }
         let hessian = [kappa + shear[0], shear[1], kappa - shear[0]];
         Ok(Self { origin_arcsec, hessian, third_per_arcsec })
     }
 
-    fn offset(&self, x: f64, y: f64) -> [f64; 2] {
-        [x - self.origin_arcsec[0], y - self.origin_arcsec[1]]
+    #[inline(always)]
+    fn offset<R: Real>(&self, x: R, y: R) -> [R; 2] {
+        [x + -self.origin_arcsec[0], y + -self.origin_arcsec[1]]
+    }
+
+    #[inline(always)]
+    fn hessian_at<R: Real>(&self, [x, y]: [R; 2]) -> [R; 3] {
+        let ([xx, xy, yy], [xxx, xxy, xyy, yyy]) = (self.hessian, self.third_per_arcsec);
+        [x * xxx + xx + y * xxy, x * xxy + xy + y * xyy, x * xyy + yy + y * yyy]
     }
 }
 
@@ -53,46 +62,87 @@ impl MassProfile for External {
             + (xxx * x * x * x + 3.0 * xxy * x * x * y + 3.0 * xyy * x * y * y + yyy * y * y * y) / 6.0
     }
 
-    fn deflection(&self, x: f64, y: f64) -> [f64; 2] {
+    #[inline(always)]
+    fn deflect<R: Real>(&self, x: R, y: R) -> Cx<R> {
         let [x, y] = self.offset(x, y);
         let ([xx, xy, yy], [xxx, xxy, xyy, yyy]) = (self.hessian, self.third_per_arcsec);
-        [
-            xx * x + xy * y + 0.5 * (xxx * x * x + 2.0 * xxy * x * y + xyy * y * y),
-            xy * x + yy * y + 0.5 * (xxy * x * x + 2.0 * xyy * x * y + yyy * y * y),
-        ]
+        Cx::new(
+            x * xx + y * xy + (x * xxx * x + x * (2.0 * xxy) * y + y * xyy * y) * 0.5,
+            x * xy + y * yy + (x * xxy * x + x * (2.0 * xyy) * y + y * yyy * y) * 0.5,
+        )
     }
 
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        let [x, y] = self.offset(x, y);
-        let ([xx, xy, yy], [xxx, xxy, xyy, yyy]) = (self.hessian, self.third_per_arcsec);
-        [xx + xxx * x + xxy * y, xy + xxy * x + xyy * y, yy + xyy * x + yyy * y]
-    }
-
-    fn third_derivatives(&self, _: f64, _: f64) -> [f64; 4] {
-        self.third_per_arcsec
-    }
-
-    fn parameters(&self) -> &'static [&'static str] {
-        &["kappa", "gamma1", "gamma2", "g1", "g2", "g3", "g4", "ra_0", "dec_0"]
-    }
-
-    fn parameter_derivatives(&self, x: f64, y: f64, by_parameter: &mut [Cx<f64>]) {
-        let [xx, xy, yy] = self.hessian(x, y);
-        let [x, y] = self.offset(x, y);
+    #[inline(always)]
+    fn respond<R: Real>(&self, x: R, y: R, by_parameter: &mut [Cx<R>]) -> Response<R> {
+        let [dx, dy] = self.offset(x, y);
+        let hessian = self.hessian_at([dx, dy]);
+        let ([xx, xy, yy], zero) = (hessian, R::splat(0.0));
         let derivatives = [
-            [x, y],
-            [x, -y],
-            [y, x],
-            [0.5 * x * x, 0.0],
-            [x * y, 0.5 * x * x],
-            [0.5 * y * y, x * y],
-            [0.0, 0.5 * y * y],
+            [dx, dy],
+            [dx, -dy],
+            [dy, dx],
+            [dx * 0.5 * dx, zero],
+            [dx * dy, dx * 0.5 * dx],
+            [dy * 0.5 * dy, dx * dy],
+            [zero, dy * 0.5 * dy],
             [-xx, -xy],
             [-xy, -yy],
         ];
         for (out, [re, im]) in by_parameter.iter_mut().zip(derivatives) {
             *out = Cx::new(re, im);
         }
+        Response::new(self.deflect(x, y), hessian)
+    }
+
+    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+        self.hessian_at(self.offset(x, y))
+    }
+
+    fn third_derivatives(&self, _: f64, _: f64) -> [f64; 4] {
+        self.third_per_arcsec
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        Self::PARAMETERS
+    }
+}
+
+/// First coordinate of the origin of an external field.
+pub(super) const ORIGIN_X: Parameter = Parameter { name: "ra_0", label: "x_{0}", ..Parameter::CENTRE_X };
+/// Second coordinate of the origin of an external field.
+pub(super) const ORIGIN_Y: Parameter = Parameter { name: "dec_0", label: "y_{0}", ..Parameter::CENTRE_Y };
+
+impl Described for External {
+    const NAMES: &'static [Name] = &[
+        Name {
+            name: "SHEAR",
+            held: &[("kappa", 0.0), ("g1", 0.0), ("g2", 0.0), ("g3", 0.0), ("g4", 0.0)],
+        },
+        Name {
+            name: "CONVERGENCE",
+            held: &[("gamma1", 0.0), ("gamma2", 0.0), ("g1", 0.0), ("g2", 0.0), ("g3", 0.0), ("g4", 0.0)],
+        },
+        Name { name: "FLEXION", held: &[("kappa", 0.0), ("gamma1", 0.0), ("gamma2", 0.0)] },
+    ];
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter { name: "kappa", label: "κ_{ext}", ..Parameter::FIELD },
+        Parameter { name: "gamma1", label: "γ_{1}^{ext}", ..Parameter::FIELD },
+        Parameter { name: "gamma2", label: "γ_{2}^{ext}", ..Parameter::FIELD },
+        Parameter { name: "g1", label: "g_{1}", ..Parameter::FLEXION },
+        Parameter { name: "g2", label: "g_{2}", ..Parameter::FLEXION },
+        Parameter { name: "g3", label: "g_{3}", ..Parameter::FLEXION },
+        Parameter { name: "g4", label: "g_{4}", ..Parameter::FLEXION },
+        ORIGIN_X,
+        ORIGIN_Y,
+    ];
+
+    fn of_parameters(values: &[f64]) -> Result<Self> {
+        let [kappa, gamma1, gamma2, g1, g2, g3, g4, x, y] = exactly(values)?;
+        Self::new(kappa, [gamma1, gamma2], [g1, g2, g3, g4], [x, y])
+    }
+
+    fn centre_arcsec(&self) -> Option<[f64; 2]> {
+        None
     }
 }
 

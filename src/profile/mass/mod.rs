@@ -1,56 +1,103 @@
 //! Mass profiles: potential ψ, deflection α = ∇ψ, Hessian and third derivatives, all analytic.
 
+mod boxy_epl;
 mod einstein_radius;
 mod epl;
 mod external;
-mod kind;
 mod nfw;
 pub mod nfw_radial;
 mod point_mass;
+mod polar_shear;
+mod profile;
 mod radial;
 mod response;
 mod sersic;
 mod truncated_nfw;
 
+pub use boxy_epl::BoxyEpl;
 pub use einstein_radius::{einstein_radius_arcsec, mean_convergence};
 pub use epl::Epl;
 pub use external::External;
-pub use kind::MassKind;
 pub use nfw::Nfw;
 pub use point_mass::PointMass;
+pub use polar_shear::PolarShear;
+pub use profile::{Described, MassProfile, Response};
 pub(crate) use radial::RadialDerivatives;
-pub use radial::{Amplitude, Radial, RadialLaw};
-pub(crate) use response::MOST_PARAMETERS;
-pub use response::{Response, Responses, deflections, responses};
+pub use radial::{Radial, RadialLaw};
+pub use response::{Responses, deflections, responses};
 pub use sersic::SersicMass;
 pub use truncated_nfw::{TruncatedNfw, potential as truncated_potential, truncated};
 
+use super::parameter::{Description, Parameter};
 use crate::numerics::complex::Cx;
+use crate::numerics::real::{Lanes, Real};
 
-/// A thin lens in angular units, its deflection reduced to one source.
-///
-/// Arguments are angles (arcsec) from the observer's axis; ψ is in arcsec², α in arcsec,
-/// its Hessian without unit, third derivatives per arcsec.
-pub trait MassProfile: Sync {
-    /// Lensing potential ψ(θ) in arcsec², zero at the centre of the profile.
-    fn potential(&self, x_arcsec: f64, y_arcsec: f64) -> f64;
-    /// Reduced deflection (∂ψ/∂x, ∂ψ/∂y) in arcsec.
-    fn deflection(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 2];
-    /// Hessian (ψ_xx, ψ_xy, ψ_yy).
-    fn hessian(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 3];
-    /// Third derivatives (ψ_xxx, ψ_xxy, ψ_xyy, ψ_yyy) per arcsec.
-    fn third_derivatives(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 4];
-    /// Names of the parameters, as in lenstronomy; the centre comes last.
-    fn parameters(&self) -> &'static [&'static str];
-    /// ∂(α_x + iα_y)/∂p for each of [`Self::parameters`], whose number is the length of `by_parameter`.
-    fn parameter_derivatives(&self, x_arcsec: f64, y_arcsec: f64, by_parameter: &mut [Cx<f64>]);
+/// The closed list of mass profiles: each line makes a model of [`MassModel`] and an entry of the registry.
+macro_rules! mass_models {
+    ($($(#[$doc:meta])* $model:ident($profile:ty),)*) => {
+        /// Every mass profile that can stand in a lens plane.
+        #[derive(Debug, Clone)]
+        pub enum MassModel {
+            $($(#[$doc])* $model($profile),)*
+        }
+
+        /// The descriptions of all mass profiles.
+        pub static MASSES: &[Description<MassModel>] = &[$(Description {
+            names: <$profile>::NAMES,
+            parameters: <$profile>::PARAMETERS,
+            builder: |values| <$profile>::of_parameters(values).map(MassModel::$model),
+        },)*];
+
+        impl MassModel {
+            /// Centre of the profile in arcsec; `None` for external fields, which have none.
+            pub fn centre_arcsec(&self) -> Option<[f64; 2]> {
+                match self { $(Self::$model(profile) => profile.centre_arcsec(),)* }
+            }
+
+            /// Deflection in every lane.
+            pub(crate) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
+                match self { $(Self::$model(profile) => response::deflect_lanes(profile, &x, &y),)* }
+            }
+
+            /// Deflection, convergence, shear and parameter derivatives in every lane.
+            pub(crate) fn response_lanes(&self, x: Lanes, y: Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
+                match self { $(Self::$model(profile) => response::respond_lanes(profile, &x, &y, by_parameter),)* }
+            }
+        }
+
+        impl MassProfile for MassModel {
+            fn potential(&self, x: f64, y: f64) -> f64 {
+                match self { $(Self::$model(profile) => profile.potential(x, y),)* }
+            }
+
+            fn deflect<R: Real>(&self, x: R, y: R) -> Cx<R> {
+                match self { $(Self::$model(profile) => profile.deflect(x, y),)* }
+            }
+
+            fn respond<R: Real>(&self, x: R, y: R, by_parameter: &mut [Cx<R>]) -> Response<R> {
+                match self { $(Self::$model(profile) => profile.respond(x, y, by_parameter),)* }
+            }
+
+            fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+                match self { $(Self::$model(profile) => profile.hessian(x, y),)* }
+            }
+
+            fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
+                match self { $(Self::$model(profile) => profile.third_derivatives(x, y),)* }
+            }
+
+            fn parameters(&self) -> &'static [Parameter] {
+                match self { $(Self::$model(profile) => profile.parameters(),)* }
+            }
+        }
+    };
 }
 
-/// Every mass profile that can stand in a lens plane: one match lists them all.
-#[derive(Debug, Clone)]
-pub enum MassModel {
+mass_models! {
     /// Elliptical power law.
     Epl(Epl),
+    /// Elliptical power law with boxy or disky contours.
+    BoxyEpl(BoxyEpl),
     /// Navarro–Frenk–White halo.
     Nfw(Nfw),
     /// Truncated NFW halo.
@@ -61,51 +108,26 @@ pub enum MassModel {
     PointMass(PointMass),
     /// Convergence, shear and flexion from outside.
     External(External),
+    /// Shear from outside by strength and direction.
+    PolarShear(PolarShear),
 }
 
-macro_rules! each_model {
-    ($self:ident, $model:ident => $call:expr) => {
-        match $self {
-            MassModel::Epl($model) => $call,
-            MassModel::Nfw($model) => $call,
-            MassModel::TruncatedNfw($model) => $call,
-            MassModel::Sersic($model) => $call,
-            MassModel::PointMass($model) => $call,
-            MassModel::External($model) => $call,
+/// The most parameters a profile has.
+pub(crate) const MOST_PARAMETERS: usize = {
+    let (mut most, mut i) = (0, 0);
+    while i < MASSES.len() {
+        if MASSES[i].parameters.len() > most {
+            most = MASSES[i].parameters.len();
         }
-    };
-}
-
-impl MassProfile for MassModel {
-    fn potential(&self, x: f64, y: f64) -> f64 {
-        each_model!(self, model => model.potential(x, y))
+        i += 1;
     }
-
-    fn deflection(&self, x: f64, y: f64) -> [f64; 2] {
-        each_model!(self, model => model.deflection(x, y))
-    }
-
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        each_model!(self, model => model.hessian(x, y))
-    }
-
-    fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
-        each_model!(self, model => model.third_derivatives(x, y))
-    }
-
-    fn parameters(&self) -> &'static [&'static str] {
-        each_model!(self, model => model.parameters())
-    }
-
-    fn parameter_derivatives(&self, x: f64, y: f64, by_parameter: &mut [Cx<f64>]) {
-        each_model!(self, model => model.parameter_derivatives(x, y, by_parameter))
-    }
-}
+    most
+};
 
 #[cfg(test)]
 pub(crate) mod derivative_checks {
     //! Finite-difference checks shared by the tests of all mass profiles.
-    use super::MassProfile;
+    use super::{MassProfile, Parameter};
     use crate::numerics::complex::Cx;
 
     /// Each ∂α/∂p against differences of the profiles that `build` makes of parameters, to `relative` of the largest.
@@ -119,8 +141,8 @@ pub(crate) mod derivative_checks {
         let names = profile.parameters();
         assert_eq!(names.len(), parameters.len());
         let mut got = vec![Cx::new(0.0, 0.0); names.len()];
-        profile.parameter_derivatives(x, y, &mut got);
-        for (i, name) in names.iter().enumerate() {
+        profile.respond(x, y, &mut got);
+        for (i, Parameter { name, .. }) in names.iter().enumerate() {
             let step = 1e-2 * parameters[i].abs().clamp(0.02, 1.0);
             let want = [0, 1].map(|c| {
                 derivative(

@@ -1,9 +1,10 @@
 //! The Navarro–Frenk–White lens (Navarro, Frenk & White 1996; deflection of Bartelmann 1996).
 
 use super::nfw_radial;
-use super::radial::{Amplitude, Radial, RadialLaw};
-use crate::error::{Result, require};
-use crate::numerics::real::{LANES, Lanes, Real};
+use super::radial::{Radial, RadialLaw, by_scale};
+use crate::error::Result;
+use crate::numerics::real::Real;
+use crate::profile::parameter::{Name, Parameter, PriorShape, Role, exactly};
 
 /// NFW halo by its scale radius and the deflection there, as in lenstronomy (`Rs`, `alpha_Rs`).
 ///
@@ -22,7 +23,42 @@ pub type Nfw = Radial<NfwLaw>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NfwLaw;
 
+/// Scale radius of an NFW halo.
+pub(super) const SCALE_RADIUS: Parameter = Parameter {
+    name: "Rs",
+    label: "R_{s}",
+    usual_prior: PriorShape::Uniform([0.5, 20.0]),
+    ..Parameter::RADIUS
+};
+/// Deflection of an NFW halo at its scale radius.
+pub(super) const ALPHA_RS: Parameter = Parameter {
+    name: "alpha_Rs",
+    unit: "arcsec",
+    label: "α_{Rs}",
+    usual_prior: PriorShape::Uniform([0.0, 6.0]),
+    role: Role::Strength,
+    ..Parameter::NUMBER
+};
+
 impl RadialLaw for NfwLaw {
+    const NAMES: &'static [Name] = &[
+        Name { name: "NFW_ELLIPSE_POTENTIAL", held: &[] },
+        Name { name: "NFW", held: &[("e1", 0.0), ("e2", 0.0)] },
+    ];
+    const PARAMETERS: &'static [Parameter] = &[
+        SCALE_RADIUS,
+        ALPHA_RS,
+        Parameter::E1,
+        Parameter::E2,
+        Parameter::CENTRE_X,
+        Parameter::CENTRE_Y,
+    ];
+
+    fn of_parameters(values: &[f64]) -> Result<Nfw> {
+        let [r_s, alpha_rs, e1, e2, x, y] = exactly(values)?;
+        Nfw::new(r_s, alpha_rs, [x, y])?.with_elliptical_potential([e1, e2])
+    }
+
     fn radial(&self, u: f64) -> [f64; 3] {
         nfw_radial::basis(u).nfw()
     }
@@ -31,34 +67,25 @@ impl RadialLaw for NfwLaw {
         nfw_radial::potential(u)
     }
 
-    const PARAMETERS: &'static [&'static str] = &["Rs", "alpha_Rs", "e1", "e2", "center_x", "center_y"];
-
-    fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
-        [at.by_scale() - at.k * at.m / at.scale_arcsec, at.m * Nfw::strength(at.scale_arcsec, 1.0), 0.0]
-    }
-
     #[inline(always)]
-    fn m_lanes(&self, u: Lanes) -> Lanes {
-        if u.0.iter().all(|u| *u < nfw_radial::INNER_END) {
-            return Lanes(u.0.map(nfw_radial::m_inner));
-        }
-        Lanes(u.0.map(nfw_radial::m))
-    }
-
-    #[inline(always)]
-    fn respond_lanes(&self, u: Lanes, k: f64, scale_arcsec: f64) -> ([Lanes; 2], [Lanes; 3]) {
-        let (mut m, mut p1) = (Lanes::ZERO, Lanes::ZERO);
-        if u.0.iter().all(|u| *u < nfw_radial::INNER_END) {
-            for i in 0..LANES {
-                [m.0[i], p1.0[i], _] = nfw_radial::inner(u.0[i]).nfw();
-            }
+    fn m<R: Real>(&self, u: R) -> R {
+        let [m] = if u.is_below(nfw_radial::INNER_END) {
+            u.each(|u| [nfw_radial::m_inner(u)])
         } else {
-            for i in 0..LANES {
-                [m.0[i], p1.0[i], _] = nfw_radial::basis(u.0[i]).nfw();
-            }
-        }
-        let by_scale = p1 * (-2.0 * k) / Lanes::splat(scale_arcsec) - m * k / Lanes::splat(scale_arcsec);
-        ([m, p1], [by_scale, m * Nfw::strength(scale_arcsec, 1.0), Lanes::ZERO])
+            u.each(|u| [nfw_radial::m(u)])
+        };
+        m
+    }
+
+    #[inline(always)]
+    fn respond<R: Real>(&self, u: R, k: f64, scale_arcsec: f64) -> ([R; 2], [R; 3]) {
+        let [m, p1, _] = if u.is_below(nfw_radial::INNER_END) {
+            u.each(|u| nfw_radial::inner(u).nfw())
+        } else {
+            u.each(|u| nfw_radial::basis(u).nfw())
+        };
+        let by_r_s = by_scale(p1, k, scale_arcsec) - m * k / R::splat(scale_arcsec);
+        ([m, p1], [by_r_s, m * Nfw::strength(scale_arcsec, 1.0), R::splat(0.0)])
     }
 }
 
@@ -71,8 +98,8 @@ impl Nfw {
     /// # Errors
     /// When r_s is not positive or a number is not finite.
     pub fn new(r_s_arcsec: f64, alpha_rs_arcsec: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
-        require(r_s_arcsec > 0.0, "r_s_arcsec", r_s_arcsec, "a positive number")?;
-        require(true, "alpha_rs_arcsec", alpha_rs_arcsec, "a finite number")?;
+        SCALE_RADIUS.domain.check("r_s_arcsec", r_s_arcsec)?;
+        ALPHA_RS.domain.check("alpha_rs_arcsec", alpha_rs_arcsec)?;
         Self::round(NfwLaw, r_s_arcsec, Self::strength(r_s_arcsec, alpha_rs_arcsec), centre_arcsec)
     }
 

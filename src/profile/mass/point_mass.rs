@@ -1,7 +1,9 @@
 //! The point mass.
 
-use super::radial::{Amplitude, Radial, RadialLaw};
-use crate::error::{Result, require};
+use super::radial::{Radial, RadialLaw, by_scale};
+use crate::error::{Domain, Result};
+use crate::numerics::real::Real;
+use crate::profile::parameter::{Name, Parameter, exactly};
 
 /// Point mass of Einstein radius θ_E: α = θ_E²/r²·θ, ψ = θ_E² ln r (r in arcsec), as lenstronomy's `POINT_MASS`.
 ///
@@ -18,7 +20,19 @@ pub struct PointMassLaw {
     ln_einstein_radius_squared: f64,
 }
 
+/// Einstein radius of a point mass, which is one only if it has a mass.
+const EINSTEIN_RADIUS: Parameter = Parameter { domain: Domain::POSITIVE, ..Parameter::EINSTEIN_RADIUS };
+
 impl RadialLaw for PointMassLaw {
+    const NAMES: &'static [Name] = &[Name { name: "POINT_MASS", held: &[("e1", 0.0), ("e2", 0.0)] }];
+    const PARAMETERS: &'static [Parameter] =
+        &[EINSTEIN_RADIUS, Parameter::E1, Parameter::E2, Parameter::CENTRE_X, Parameter::CENTRE_Y];
+
+    fn of_parameters(values: &[f64]) -> Result<PointMass> {
+        let [einstein_radius, e1, e2, x, y] = exactly(values)?;
+        PointMass::new(einstein_radius, [x, y])?.with_elliptical_potential([e1, e2])
+    }
+
     fn radial(&self, u: f64) -> [f64; 3] {
         [1.0 / u, -1.0 / u, 2.0 / u]
     }
@@ -27,10 +41,15 @@ impl RadialLaw for PointMassLaw {
         u.ln() + self.ln_einstein_radius_squared
     }
 
-    const PARAMETERS: &'static [&'static str] = &["theta_E", "e1", "e2", "center_x", "center_y"];
+    #[inline(always)]
+    fn m<R: Real>(&self, u: R) -> R {
+        R::splat(1.0) / u
+    }
 
-    fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
-        [at.by_scale(), 0.0, 0.0]
+    #[inline(always)]
+    fn respond<R: Real>(&self, u: R, k: f64, scale_arcsec: f64) -> ([R; 2], [R; 3]) {
+        let m = self.m(u);
+        ([m, -m], [by_scale(-m, k, scale_arcsec), R::splat(0.0), R::splat(0.0)])
     }
 }
 
@@ -40,7 +59,7 @@ impl PointMass {
     /// # Errors
     /// When the Einstein radius is not positive.
     pub fn new(einstein_radius_arcsec: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
-        require(einstein_radius_arcsec > 0.0, "einstein_radius_arcsec", einstein_radius_arcsec, "positive")?;
+        EINSTEIN_RADIUS.domain.check("einstein_radius_arcsec", einstein_radius_arcsec)?;
         let law = PointMassLaw { ln_einstein_radius_squared: 2.0 * einstein_radius_arcsec.ln() };
         Self::round(law, einstein_radius_arcsec, 1.0, centre_arcsec)
     }

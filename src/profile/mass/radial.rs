@@ -1,63 +1,38 @@
 //! Lenses whose potential depends on one radius: round, or with elliptical isopotentials.
 
-use super::MassProfile;
 use super::nfw_radial::U_FLOOR;
-use crate::error::{Result, require};
+use super::{Described, MassProfile, Response};
+use crate::error::Result;
 use crate::numerics::complex::Cx;
-use crate::numerics::real::{LANES, Lanes, Real};
-use crate::profile::mass::Response;
+use crate::numerics::real::Real;
+use crate::profile::parameter::{Name, Parameter, checked_centre, checked_ellipticity};
 
 /// How the deflection falls off: α = k·m(u)·θ with u = (r/scale)².
 pub trait RadialLaw: Copy + Sync {
+    /// lenstronomy's names for the lens of this law.
+    const NAMES: &'static [Name];
+    /// The parameters of the law, at most three, followed by e1, e2 and the centre.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The lens of as many values as it has parameters.
+    ///
+    /// # Errors
+    /// Another number of values, or one outside its domain.
+    fn of_parameters(values: &[f64]) -> Result<Radial<Self>>;
     /// (m, u·m′, u²·m″) at u > 0.
     fn radial(&self, u: f64) -> [f64; 3];
     /// ∫m du, the potential in units of k·scale²/2.
     fn potential(&self, u: f64) -> f64;
-    /// Names of the parameters of the law followed by e1, e2 and the centre, as in lenstronomy.
-    const PARAMETERS: &'static [&'static str];
-    /// ∂(k·m)/∂p at a fixed point for the parameters of the law, from those of m at `u` and the scale; unused ones are 0.
-    fn by_parameter(&self, at: &Amplitude) -> [f64; 3];
-
-    /// m(u) in every lane, with the bits of [`Self::radial`].
-    #[inline(always)]
-    fn m_lanes(&self, u: Lanes) -> Lanes {
-        Lanes(std::array::from_fn(|i| self.radial(u.0[i])[0]))
-    }
-
-    /// (m, u·m′) and [`Self::by_parameter`] in every lane, with the bits of the scalar functions.
-    #[inline(always)]
-    fn respond_lanes(&self, u: Lanes, k: f64, scale_arcsec: f64) -> ([Lanes; 2], [Lanes; 3]) {
-        let (mut radial, mut by_parameter) = ([Lanes::ZERO; 2], [Lanes::ZERO; 3]);
-        for i in 0..LANES {
-            let [m, p1, _] = self.radial(u.0[i]);
-            (radial[0].0[i], radial[1].0[i]) = (m, p1);
-            let own = self.by_parameter(&Amplitude { k, scale_arcsec, u: u.0[i], m, p1 });
-            by_parameter.iter_mut().zip(own).for_each(|(lanes, own)| lanes.0[i] = own);
-        }
-        (radial, by_parameter)
-    }
+    /// m(u), with the bits of [`Self::radial`].
+    fn m<R: Real>(&self, u: R) -> R;
+    /// (m, u·m′), and ∂(k·m)/∂p at a fixed point for the parameters of the law; unused ones are 0.
+    fn respond<R: Real>(&self, u: R, k: f64, scale_arcsec: f64) -> ([R; 2], [R; 3]);
 }
 
-/// What the law needs to differentiate k·m: k, the scale, u, m and p₁ = u·m′.
-#[derive(Debug, Clone, Copy)]
-pub struct Amplitude {
-    /// Strength k.
-    pub k: f64,
-    /// Scale radius in arcsec.
-    pub scale_arcsec: f64,
-    /// u = (r/scale)².
-    pub u: f64,
-    /// m(u).
-    pub m: f64,
-    /// u·m′(u).
-    pub p1: f64,
-}
-
-impl Amplitude {
-    /// ∂(k·m)/∂scale at fixed k: u ∝ scale⁻².
-    pub fn by_scale(&self) -> f64 {
-        -2.0 * self.k * self.p1 / self.scale_arcsec
-    }
+/// ∂(k·m)/∂scale at fixed k, p₁ = u·m′: u ∝ scale⁻².
+#[inline(always)]
+pub(super) fn by_scale<R: Real>(p1: R, k: f64, scale_arcsec: f64) -> R {
+    p1 * (-2.0 * k) / R::splat(scale_arcsec)
 }
 
 /// A lens of one radial law: ψ(θ) = (k·scale²/2)·P(|Mθ|²/scale²), P = ∫m du.
@@ -70,7 +45,7 @@ impl Amplitude {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radial<L> {
     law: L,
-    pub(super) centre_arcsec: [f64; 2],
+    centre_arcsec: [f64; 2],
     scale_arcsec: f64,
     k: f64,
     ellipticity: [f64; 2],
@@ -81,16 +56,8 @@ pub struct Radial<L> {
 impl<L: RadialLaw> Radial<L> {
     /// A round lens; `scale_arcsec` > 0 and finite `k` are the caller's to name in its errors.
     pub(super) fn round(law: L, scale_arcsec: f64, k: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
-        require(true, "centre_x_arcsec", centre_arcsec[0], "finite")?;
-        require(true, "centre_y_arcsec", centre_arcsec[1], "finite")?;
-        Ok(Self {
-            law,
-            centre_arcsec,
-            scale_arcsec,
-            k,
-            ellipticity: [0.0; 2],
-            axes: [[1.0, 0.0], [0.0, 1.0]],
-        })
+        let (centre_arcsec, ellipticity) = (checked_centre(centre_arcsec)?, [0.0; 2]);
+        Ok(Self { law, centre_arcsec, scale_arcsec, k, ellipticity, axes: [[1.0, 0.0], [0.0, 1.0]] })
     }
 
     /// The same lens with elliptical isopotentials of ellipticity (e1, e2).
@@ -98,8 +65,7 @@ impl<L: RadialLaw> Radial<L> {
     /// # Errors
     /// When |e| ≥ 1.
     pub fn with_elliptical_potential(mut self, ellipticity: [f64; 2]) -> Result<Self> {
-        let e = ellipticity[0].hypot(ellipticity[1]);
-        require(e < 1.0, "|e| of the potential", e, "below 1")?;
+        let e = checked_ellipticity("potential", ellipticity)?;
         let q = (1.0 - e) / (1.0 + e);
         let epsilon = (1.0 - q * q) / (1.0 + q * q);
         let (sin, cos) = (0.5 * ellipticity[1].atan2(ellipticity[0])).sin_cos();
@@ -109,85 +75,30 @@ impl<L: RadialLaw> Radial<L> {
         Ok(self)
     }
 
-    fn offset(&self, x: f64, y: f64) -> Offset {
-        let (dx, dy) = (x - self.centre_arcsec[0], y - self.centre_arcsec[1]);
-        let t = self.axes.map(|row| row[0] * dx + row[1] * dy);
-        let u = ((t[0] * t[0] + t[1] * t[1]) / (self.scale_arcsec * self.scale_arcsec)).max(U_FLOOR);
-        let inv_r = 1.0 / (u.sqrt() * self.scale_arcsec);
-        Offset { t, n: [t[0] * inv_r, t[1] * inv_r], inv_r, u }
-    }
-
-    fn derivatives(&self, u: f64) -> RadialDerivatives {
-        let [m, p1, p2] = self.law.radial(u);
-        RadialDerivatives { k: self.k, m, p1, p2 }
-    }
-}
-
-impl<L: RadialLaw> Radial<L> {
-    /// Offset in the frame of the axes, and u.
     #[inline(always)]
-    fn offset_lanes(&self, dx: Lanes, dy: Lanes) -> ([Lanes; 2], Lanes) {
-        let t = self.axes.map(|row| dx * row[0] + dy * row[1]);
-        let u = (t[0] * t[0] + t[1] * t[1]) / Lanes::splat(self.scale_arcsec * self.scale_arcsec);
-        (t, u.max(U_FLOOR))
+    fn offset<R: Real>(&self, x: R, y: R) -> Offset<R> {
+        let d = [x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]];
+        let t = self.axes.map(|row| d[0] * row[0] + d[1] * row[1]);
+        let u = (t[0] * t[0] + t[1] * t[1]) / R::splat(self.scale_arcsec * self.scale_arcsec);
+        Offset { d, t, u: u.max(U_FLOOR) }
     }
 
-    /// Deflection in every lane.
+    /// 1/r and the unit vector t/r.
     #[inline(always)]
-    pub(super) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
-        let (t, u) = self.offset_lanes(x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
-        let km = self.law.m_lanes(u) * self.k;
-        let [re, im] = self.carried_back(t);
-        Cx::new(km * re, km * im)
+    fn direction<R: Real>(&self, at: &Offset<R>) -> (R, [R; 2]) {
+        let inv_r = R::splat(1.0) / (at.u.sqrt() * self.scale_arcsec);
+        (inv_r, at.t.map(|t| t * inv_r))
     }
 
+    /// A vector of the frame of the axes, back on the sky.
     #[inline(always)]
-    fn carried_back(&self, t: [Lanes; 2]) -> [Lanes; 2] {
+    fn carried_back<R: Real>(&self, t: [R; 2]) -> [R; 2] {
         [0, 1].map(|a| t[0] * self.axes[0][a] + t[1] * self.axes[1][a])
     }
 
-    /// Deflection, Hessian and parameter derivatives in every lane: the scalar formulae, step by step.
     #[inline(always)]
-    pub(super) fn response_lanes(
-        &self,
-        x: Lanes,
-        y: Lanes,
-        by_parameter: &mut [Cx<Lanes>],
-    ) -> Response<Lanes> {
-        let (dx, dy) = (x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
-        let (t, u) = self.offset_lanes(dx, dy);
-        let ([m, p1], own) = self.law.respond_lanes(u, self.k, self.scale_arcsec);
-        let [nx, ny] = self.carried_back(t);
-        let count = L::PARAMETERS.len() - 4;
-        for (out, strength) in by_parameter.iter_mut().zip(own).take(count) {
-            *out = Cx::new(strength * nx, strength * ny);
-        }
-        let hessian = self.hessian_lanes(t, u, m, p1);
-        let [xx, xy, yy] = hessian;
-        if let [d_e1, d_e2, d_x, d_y] = &mut by_parameter[count..count + 4] {
-            for (out, [g1, g2]) in [d_e1, d_e2].into_iter().zip(self.change_of_axes()) {
-                let (vx, vy) = (-(dx * g1 + dy * g2), -(dx * g2 - dy * g1));
-                let d_m = p1 / u * (dx * vx + dy * vy) / Lanes::splat(self.scale_arcsec * self.scale_arcsec);
-                *out = Cx::new((d_m * nx + m * vx) * self.k, (d_m * ny + m * vy) * self.k);
-            }
-            *d_x = Cx::new(-xx, -xy);
-            *d_y = Cx::new(-xy, -yy);
-        }
-        let km = m * self.k;
-        Response {
-            deflection: Cx::new(km * nx, km * ny),
-            convergence: (xx + yy) * 0.5,
-            shear: Cx::new((xx - yy) * 0.5, xy),
-        }
-    }
-
-    #[inline(always)]
-    fn hessian_lanes(&self, t: [Lanes; 2], u: Lanes, m: Lanes, p1: Lanes) -> [Lanes; 3] {
-        let inv_r = Lanes::splat(1.0) / (u.sqrt() * self.scale_arcsec);
-        let n = t.map(|t| t * inv_r);
-        let (isotropic, directed) = (m * self.k, p1 * (2.0 * self.k));
-        let [xx, xy, yy] =
-            [isotropic + directed * n[0] * n[0], directed * n[0] * n[1], isotropic + directed * n[1] * n[1]];
+    fn hessian_at<R: Real>(&self, at: &Offset<R>, m: R, p1: R) -> [R; 3] {
+        let [xx, xy, yy] = radial_hessian(self.k, m, p1, self.direction(at).1);
         let m = &self.axes;
         [(0, 0), (0, 1), (1, 1)]
             .map(|(a, b)| (xx * m[0][b] + xy * m[1][b]) * m[0][a] + (xy * m[0][b] + yy * m[1][b]) * m[1][a])
@@ -204,12 +115,11 @@ impl<L: RadialLaw> Radial<L> {
     }
 }
 
-/// Position in the frame of the axes: offset, unit vector, 1/r and u, floored at the centre.
-struct Offset {
-    t: [f64; 2],
-    n: [f64; 2],
-    inv_r: f64,
-    u: f64,
+/// Offset from the centre, the same in the frame of the axes, and u, floored at the centre.
+struct Offset<R> {
+    d: [R; 2],
+    t: [R; 2],
+    u: R,
 }
 
 impl<L: RadialLaw> MassProfile for Radial<L> {
@@ -217,24 +127,53 @@ impl<L: RadialLaw> MassProfile for Radial<L> {
         0.5 * self.k * self.scale_arcsec.powi(2) * self.law.potential(self.offset(x, y).u)
     }
 
-    fn deflection(&self, x: f64, y: f64) -> [f64; 2] {
-        let o = self.offset(x, y);
-        let km = self.k * self.law.radial(o.u)[0];
-        let m = &self.axes;
-        [0, 1].map(|a| km * (m[0][a] * o.t[0] + m[1][a] * o.t[1]))
+    #[inline(always)]
+    fn deflect<R: Real>(&self, x: R, y: R) -> Cx<R> {
+        let at = self.offset(x, y);
+        let km = self.law.m(at.u) * self.k;
+        let [re, im] = self.carried_back(at.t);
+        Cx::new(km * re, km * im)
+    }
+
+    /// α = k·m(u)·Nd with d = θ − c, u = dᵀNd/scale² and N = MᵀM = 1 − [[E1, E2], [E2, −E1]], E = 2e/(1+|e|²).
+    #[inline(always)]
+    fn respond<R: Real>(&self, x: R, y: R, by_parameter: &mut [Cx<R>]) -> Response<R> {
+        let at = self.offset(x, y);
+        let ([m, p1], own) = self.law.respond(at.u, self.k, self.scale_arcsec);
+        let [nx, ny] = self.carried_back(at.t);
+        let hessian = self.hessian_at(&at, m, p1);
+        let [xx, xy, yy] = hessian;
+        let (of_law, of_place) = by_parameter.split_at_mut(L::PARAMETERS.len() - 4);
+        for (out, strength) in of_law.iter_mut().zip(own) {
+            *out = Cx::new(strength * nx, strength * ny);
+        }
+        if let [d_e1, d_e2, d_x, d_y] = of_place {
+            let [dx, dy] = at.d;
+            for (out, [g1, g2]) in [d_e1, d_e2].into_iter().zip(self.change_of_axes()) {
+                // δN d and δu from the changes g of E.
+                let (vx, vy) = (-(dx * g1 + dy * g2), -(dx * g2 - dy * g1));
+                let scale_sqr = R::splat(self.scale_arcsec * self.scale_arcsec);
+                let d_m = p1 / at.u * (dx * vx + dy * vy) / scale_sqr;
+                *out = Cx::new((d_m * nx + m * vx) * self.k, (d_m * ny + m * vy) * self.k);
+            }
+            *d_x = Cx::new(-xx, -xy);
+            *d_y = Cx::new(-xy, -yy);
+        }
+        let km = m * self.k;
+        Response::new(Cx::new(km * nx, km * ny), hessian)
     }
 
     fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        let o = self.offset(x, y);
-        let [xx, xy, yy] = self.derivatives(o.u).hessian(o.n);
-        let m = &self.axes;
-        [(0, 0), (0, 1), (1, 1)]
-            .map(|(a, b)| m[0][a] * (xx * m[0][b] + xy * m[1][b]) + m[1][a] * (xy * m[0][b] + yy * m[1][b]))
+        let at = self.offset(x, y);
+        let [m, p1, _] = self.law.radial(at.u);
+        self.hessian_at(&at, m, p1)
     }
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
-        let o = self.offset(x, y);
-        let t = self.derivatives(o.u).third_derivatives(o.n, o.inv_r);
+        let at = self.offset(x, y);
+        let [m, p1, p2] = self.law.radial(at.u);
+        let (inv_r, n) = self.direction(&at);
+        let t = RadialDerivatives { k: self.k, m, p1, p2 }.third_derivatives(n, inv_r);
         let m = &self.axes;
         [(0, 0, 0), (0, 0, 1), (0, 1, 1), (1, 1, 1)].map(|(a, b, c)| {
             let mut sum = 0.0;
@@ -245,33 +184,21 @@ impl<L: RadialLaw> MassProfile for Radial<L> {
         })
     }
 
-    fn parameters(&self) -> &'static [&'static str] {
+    fn parameters(&self) -> &'static [Parameter] {
         L::PARAMETERS
     }
+}
 
-    /// α = k·m(u)·Nd with d = θ − c, u = dᵀNd/scale² and N = MᵀM = 1 − [[E1, E2], [E2, −E1]], E = 2e/(1+|e|²).
-    fn parameter_derivatives(&self, x: f64, y: f64, by_parameter: &mut [Cx<f64>]) {
-        let o = self.offset(x, y);
-        let [m, p1, _] = self.law.radial(o.u);
-        let axes = &self.axes;
-        let [nx, ny] = [0, 1].map(|a| axes[0][a] * o.t[0] + axes[1][a] * o.t[1]);
-        let at = Amplitude { k: self.k, scale_arcsec: self.scale_arcsec, u: o.u, m, p1 };
-        let own = self.law.by_parameter(&at);
-        let count = L::PARAMETERS.len() - 4;
-        for (out, strength) in by_parameter.iter_mut().zip(own).take(count) {
-            *out = Cx::new(strength * nx, strength * ny);
-        }
-        let [d_e1, d_e2, d_x, d_y] = &mut by_parameter[count..count + 4] else { return };
-        let (dx, dy) = (x - self.centre_arcsec[0], y - self.centre_arcsec[1]);
-        for (out, [g1, g2]) in [d_e1, d_e2].into_iter().zip(self.change_of_axes()) {
-            // δN d and δu from the changes g of E.
-            let (vx, vy) = (-(g1 * dx + g2 * dy), -(g2 * dx - g1 * dy));
-            let d_m = p1 / o.u * (dx * vx + dy * vy) / (self.scale_arcsec * self.scale_arcsec);
-            *out = Cx::new(self.k * (d_m * nx + m * vx), self.k * (d_m * ny + m * vy));
-        }
-        let [xx, xy, yy] = self.hessian(x, y);
-        *d_x = Cx::new(-xx, -xy);
-        *d_y = Cx::new(-xy, -yy);
+impl<L: RadialLaw> Described for Radial<L> {
+    const NAMES: &'static [Name] = L::NAMES;
+    const PARAMETERS: &'static [Parameter] = L::PARAMETERS;
+
+    fn of_parameters(values: &[f64]) -> Result<Self> {
+        L::of_parameters(values)
+    }
+
+    fn centre_arcsec(&self) -> Option<[f64; 2]> {
+        Some(self.centre_arcsec)
     }
 }
 
@@ -291,8 +218,7 @@ pub(crate) struct RadialDerivatives {
 impl RadialDerivatives {
     #[inline(always)]
     pub fn hessian(&self, n: [f64; 2]) -> [f64; 3] {
-        let (isotropic, directed) = (self.k * self.m, 2.0 * self.k * self.p1);
-        [isotropic + directed * n[0] * n[0], directed * n[0] * n[1], isotropic + directed * n[1] * n[1]]
+        radial_hessian(self.k, self.m, self.p1, n)
     }
 
     #[inline(always)]
@@ -306,4 +232,11 @@ impl RadialDerivatives {
             ny * (3.0 * a + b * ny * ny),
         ]
     }
+}
+
+/// Hessian of a round lens in the direction `n`.
+#[inline(always)]
+fn radial_hessian<R: Real>(k: f64, m: R, p1: R, n: [R; 2]) -> [R; 3] {
+    let (isotropic, directed) = (m * k, p1 * (2.0 * k));
+    [isotropic + directed * n[0] * n[0], directed * n[0] * n[1], isotropic + directed * n[1] * n[1]]
 }

@@ -2,125 +2,25 @@
 
 use multiversion::multiversion;
 
-use super::{Epl, MassModel, MassProfile, Nfw, SersicMass};
+use super::{MOST_PARAMETERS, MassModel, MassProfile, Response};
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{LANES, Lanes};
 
-/// Deflection, convergence and shear of a lens at one point or in the lanes of [`Lanes`].
-#[derive(Debug, Clone, Copy)]
-pub struct Response<R> {
-    /// α_x + iα_y in arcsec.
-    pub deflection: Cx<R>,
-    /// Convergence κ.
-    pub convergence: R,
-    /// Shear γ1 + iγ2.
-    pub shear: Cx<R>,
-}
-
-impl<R: crate::numerics::real::Real> Response<R> {
-    /// Hessian of the potential (κ+γ1, γ2, κ−γ1).
-    #[inline(always)]
-    pub fn hessian(&self) -> [R; 3] {
-        [self.convergence + self.shear.re, self.shear.im, self.convergence - self.shear.re]
-    }
-
-    /// Change of the deflection when the point moves by `dz`: κ·dz + γ·conj(dz).
-    #[inline(always)]
-    pub fn along(&self, dz: Cx<R>) -> Cx<R> {
-        dz.scale(self.convergence) + self.shear * dz.conj()
-    }
-}
-
-impl MassModel {
-    /// Deflection in every lane.
-    pub(crate) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
-        match self {
-            Self::Epl(lens) => epl_deflection(lens, &x, &y),
-            Self::Nfw(lens) => nfw_deflection(lens, &x, &y),
-            Self::Sersic(lens) => sersic_deflection(lens, &x, &y),
-            other => {
-                let mut alpha = Cx::<Lanes>::zero();
-                for i in 0..LANES {
-                    [alpha.re.0[i], alpha.im.0[i]] = other.deflection(x.0[i], y.0[i]);
-                }
-                alpha
-            }
-        }
-    }
-
-    /// Deflection, convergence, shear and parameter derivatives in every lane.
-    pub(crate) fn response_lanes(
-        &self,
-        x: Lanes,
-        y: Lanes,
-        by_parameter: &mut [Cx<Lanes>],
-    ) -> Response<Lanes> {
-        match self {
-            Self::Epl(lens) => epl_response(lens, &x, &y, by_parameter),
-            Self::Nfw(lens) => nfw_response(lens, &x, &y, by_parameter),
-            Self::Sersic(lens) => sersic_response(lens, &x, &y, by_parameter),
-            other => other.response_lane_by_lane(x, y, by_parameter),
-        }
-    }
-
-    fn response_lane_by_lane(&self, x: Lanes, y: Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
-        let mut response = Response { deflection: Cx::zero(), convergence: Lanes::ZERO, shear: Cx::zero() };
-        let mut own = [Cx::new(0.0, 0.0); MOST_PARAMETERS];
-        let own = &mut own[..by_parameter.len()];
-        for i in 0..LANES {
-            let (x, y) = (x.0[i], y.0[i]);
-            [response.deflection.re.0[i], response.deflection.im.0[i]] = self.deflection(x, y);
-            let [xx, xy, yy] = self.hessian(x, y);
-            response.convergence.0[i] = 0.5 * (xx + yy);
-            response.shear.re.0[i] = 0.5 * (xx - yy);
-            response.shear.im.0[i] = xy;
-            self.parameter_derivatives(x, y, own);
-            for (all, own) in by_parameter.iter_mut().zip(own.iter()) {
-                (all.re.0[i], all.im.0[i]) = (own.re, own.im);
-            }
-        }
-        response
-    }
-}
-
-// Compiled once for each instruction set and called once for all lanes.
+// Compiled once for each profile and instruction set, and called once for all lanes.
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn epl_deflection(lens: &Epl, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
-    lens.complex_deflection(*x, *y)
+pub(super) fn deflect_lanes<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
+    lens.deflect(*x, *y)
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn epl_response(lens: &Epl, x: &Lanes, y: &Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
-    lens.response(*x, *y, by_parameter)
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn nfw_deflection(lens: &Nfw, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
-    lens.deflection_lanes(*x, *y)
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn nfw_response(lens: &Nfw, x: &Lanes, y: &Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
-    lens.response_lanes(*x, *y, by_parameter)
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn sersic_deflection(lens: &SersicMass, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
-    lens.deflection_lanes(*x, *y)
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn sersic_response(
-    lens: &SersicMass,
+pub(super) fn respond_lanes<P: MassProfile>(
+    lens: &P,
     x: &Lanes,
     y: &Lanes,
     by_parameter: &mut [Cx<Lanes>],
 ) -> Response<Lanes> {
-    lens.response_lanes(*x, *y, by_parameter)
+    lens.respond(*x, *y, by_parameter)
 }
-
-/// The most parameters a profile has.
-pub(crate) const MOST_PARAMETERS: usize = 9;
 
 /// Responses of a lens at many points, column by column.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -182,27 +82,24 @@ fn respond_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut Responses) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::profile::mass::{Epl, Nfw};
+    use crate::profile::mass::MASSES;
 
     #[test]
     fn many_points_at_once_have_the_bits_of_one_by_one() {
-        let lenses = [
-            MassModel::Epl(Epl::new(1.3, 2.3, [0.1, -0.2], [0.05, 0.0]).unwrap()),
-            MassModel::Nfw(Nfw::new(2.0, 0.4, [0.1, 0.2]).unwrap()),
-            MassModel::Nfw(
-                Nfw::new(0.9, 0.4, [0.1, 0.2]).unwrap().with_elliptical_potential([0.1, -0.2]).unwrap(),
-            ),
-            MassModel::Sersic(
-                SersicMass::new(0.7, 0.2, 3.7, [0.1, 0.0])
-                    .unwrap()
-                    .with_elliptical_potential([0.1, -0.2])
-                    .unwrap(),
-            ),
-            MassModel::Sersic(SersicMass::new(0.7, 0.01, 1.0, [0.0, 0.0]).unwrap()),
-        ];
-        let x: Vec<f64> = (0..21).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
+        let x: Vec<f64> = (0..41).map(|i| -1.0 + 0.05 * f64::from(i)).collect();
         let y: Vec<f64> = x.iter().map(|x| 0.3 - 0.7 * x * x).collect();
-        for lens in lenses {
+        // Radii of 0.02 and 0.9 lie below, at and above the seams of the profiles that have some.
+        for (description, radius) in MASSES.iter().flat_map(|d| [(d, 0.02), (d, 0.9), (d, 2.0)]) {
+            let value = |name: &str| match name {
+                "gamma" => 2.3,
+                "n_sersic" => 3.7 - radius,
+                "theta_E" | "Rs" | "R_sersic" => radius,
+                "e1" | "gamma1" | "center_y" => 0.1,
+                _ => -0.2,
+            };
+            let value = |name: &str| if name == "r_trunc" { 1.3 } else { value(name) };
+            let lens = description.build(&description.parameters.iter().map(|p| value(p.name)).collect::<Vec<_>>());
+            let lens = lens.unwrap();
             let (mut alpha, mut all) = ([vec![], vec![]], Responses::default());
             deflections(&lens, &x, &y, &mut alpha);
             responses(&lens, &x, &y, &mut all);
@@ -210,7 +107,10 @@ mod tests {
             for i in 0..x.len() {
                 assert_eq!([alpha[0][i], alpha[1][i]], lens.deflection(x[i], y[i]));
                 let mut own = vec![Cx::new(0.0, 0.0); lens.parameters().len()];
-                lens.parameter_derivatives(x[i], y[i], &mut own);
+                let response = lens.respond(x[i], y[i], &mut own);
+                for (column, own) in all.hessian.iter().zip(response.hessian()) {
+                    assert_eq!(column[i], own);
+                }
                 for (column, own) in all.by_parameter.iter().zip(own) {
                     assert_eq!([column[0][i], column[1][i]], [own.re, own.im]);
                 }

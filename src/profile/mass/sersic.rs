@@ -2,11 +2,12 @@
 
 use statrs::function::gamma::{digamma, gamma_lr, ln_gamma};
 
-use super::radial::{Amplitude, Radial, RadialLaw};
-use crate::error::{Result, require};
+use super::radial::{Radial, RadialLaw, by_scale};
+use crate::error::Result;
 use crate::numerics::quadrature::integrate;
-use crate::numerics::real::{Lanes, Real};
+use crate::numerics::real::Real;
 use crate::profile::light::{B_N_SLOPE, b_n};
+use crate::profile::parameter::{Guess, Name, Parameter, PriorShape, Role, exactly};
 
 /// Sérsic lens κ = k_eff·exp{−b_n[(r/R)^{1/n} − 1]}; with elliptical isopotentials lenstronomy's `SERSIC_ELLIPSE_POTENTIAL`.
 ///
@@ -38,10 +39,38 @@ pub struct SersicLaw {
 /// Beyond this x all mass is inside: 1 − P(20, 100) = 3e-23.
 const FAR_X: f64 = 100.0;
 
+/// Convergence at the half-mass radius.
+const K_EFF: Parameter = Parameter {
+    name: "k_eff",
+    label: "κ_{eff}",
+    usual_prior: PriorShape::Uniform([0.0, 5.0]),
+    role: Role::Strength,
+    ..Parameter::NUMBER
+};
+
 impl RadialLaw for SersicLaw {
+    const NAMES: &'static [Name] = &[
+        Name { name: "SERSIC_ELLIPSE_POTENTIAL", held: &[] },
+        Name { name: "SERSIC", held: &[("e1", 0.0), ("e2", 0.0)] },
+    ];
+    const PARAMETERS: &'static [Parameter] = &[
+        K_EFF,
+        Parameter::SERSIC_RADIUS,
+        Parameter { guess: Guess::Fixed(4.0), ..Parameter::SERSIC_INDEX },
+        Parameter::E1,
+        Parameter::E2,
+        Parameter::CENTRE_X,
+        Parameter::CENTRE_Y,
+    ];
+
+    fn of_parameters(values: &[f64]) -> Result<SersicMass> {
+        let [k_eff, radius, index, e1, e2, x, y] = exactly(values)?;
+        SersicMass::new(k_eff, radius, index, [x, y])?.with_elliptical_potential([e1, e2])
+    }
+
     fn radial(&self, u: f64) -> [f64; 3] {
         let at = self.at(u);
-        let m = self.m(&at, self.series(at.x, terms(at.x, self.index))[0]);
+        let m = self.m_of(&at, self.series(at.x, self.terms(at.x))[0]);
         let p1 = at.kappa - m;
         [m, p1, -at.kappa * at.x / (2.0 * self.index) - 2.0 * p1]
     }
@@ -52,29 +81,19 @@ impl RadialLaw for SersicLaw {
         2.0 * self.index * self.total * integral_of_p_over_t(2.0 * self.index, x)
     }
 
-    const PARAMETERS: &'static [&'static str] =
-        &["k_eff", "R_sersic", "n_sersic", "e1", "e2", "center_x", "center_y"];
-
-    fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
-        let place = self.at(at.u);
-        let by_index = self.m_by_index(&place, self.series(place.x, terms(place.x, self.index)));
-        [at.m, at.by_scale(), by_index * at.k]
+    #[inline(always)]
+    fn m<R: Real>(&self, u: R) -> R {
+        let at = self.at(u);
+        self.m_of(&at, self.series_sum(at.x, self.terms(at.x)))
     }
 
     #[inline(always)]
-    fn m_lanes(&self, u: Lanes) -> Lanes {
+    fn respond<R: Real>(&self, u: R, k: f64, scale_arcsec: f64) -> ([R; 2], [R; 3]) {
         let at = self.at(u);
-        self.m(&at, self.series_sum(at.x, self.terms_of_lanes(at.x)))
-    }
-
-    #[inline(always)]
-    fn respond_lanes(&self, u: Lanes, k: f64, scale_arcsec: f64) -> ([Lanes; 2], [Lanes; 3]) {
-        let at = self.at(u);
-        let series = self.series(at.x, self.terms_of_lanes(at.x));
-        let m = self.m(&at, series[0]);
+        let series = self.series(at.x, self.terms(at.x));
+        let m = self.m_of(&at, series[0]);
         let p1 = at.kappa - m;
-        let by_scale = p1 * (-2.0 * k) / Lanes::splat(scale_arcsec);
-        ([m, p1], [m, by_scale, self.m_by_index(&at, series) * k])
+        ([m, p1], [m, by_scale(p1, k, scale_arcsec), self.m_by_index(&at, series) * k])
     }
 }
 
@@ -91,12 +110,6 @@ struct SersicPlace<R> {
     kappa: R,
 }
 
-/// Terms of S that leave less than 1e-17 of it: the tail of a Poisson distribution of mean x beyond a + k.
-fn terms(x: f64, index: f64) -> usize {
-    let x = x.min(FAR_X);
-    (x + 9.0 * x.sqrt() + 20.0 - 2.0 * index).ceil().max(4.0) as usize
-}
-
 impl SersicLaw {
     #[inline(always)]
     fn at<R: Real>(&self, u: R) -> SersicPlace<R> {
@@ -105,10 +118,12 @@ impl SersicLaw {
         SersicPlace { u, exponent, s, x: s * self.b, kappa: ((s + -1.0) * -self.b).exp() }
     }
 
-    /// Terms for the lane that needs most; more than a lane needs change it by less than its rounding.
+    /// Terms of S that leave less than 1e-17 of it: the tail of a Poisson distribution of mean x beyond a + k. Lanes take
+    /// those of the one that needs most; more than a lane needs change it by less than its rounding.
     #[inline(always)]
-    fn terms_of_lanes(&self, x: Lanes) -> usize {
-        terms(x.0.iter().copied().fold(0.0, f64::max), self.index)
+    fn terms<R: Real>(&self, x: R) -> usize {
+        let x = x.largest().min(FAR_X);
+        (x + 9.0 * x.sqrt() + 20.0 - 2.0 * self.index).ceil().max(4.0) as usize
     }
 
     /// S alone.
@@ -138,7 +153,7 @@ impl SersicLaw {
     }
 
     #[inline(always)]
-    fn m<R: Real>(&self, at: &SersicPlace<R>, s: R) -> R {
+    fn m_of<R: Real>(&self, at: &SersicPlace<R>, s: R) -> R {
         let far = R::splat(self.total) / at.u;
         select_far(at.x, far, at.kappa * s)
     }
@@ -183,9 +198,9 @@ impl SersicMass {
     /// # Errors
     /// When a parameter lies outside its domain.
     pub fn new(k_eff: f64, radius_arcsec: f64, index: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
-        require(true, "k_eff", k_eff, "finite")?;
-        require(radius_arcsec > 0.0, "radius_arcsec", radius_arcsec, "positive")?;
-        require((0.3..=10.0).contains(&index), "sersic_index", index, "from 0.3 to 10")?;
+        K_EFF.domain.check("k_eff", k_eff)?;
+        Parameter::SERSIC_RADIUS.domain.check("radius_arcsec", radius_arcsec)?;
+        Parameter::SERSIC_INDEX.domain.check("sersic_index", index)?;
         let b = b_n(index);
         let total = (b - 2.0 * index * b.ln() + ln_gamma(2.0 * index)).exp() * 2.0 * index;
         // d/dn of b − 2n ln b + ln Γ(2n+1).

@@ -1,10 +1,12 @@
 //! The smoothly truncated NFW lens ρ ∝ x⁻¹(1+x)⁻²·τ²/(τ²+x²) (Baltz, Marshall & Oguri 2009, eqs. A.6–A.10).
 
-use super::nfw::Nfw;
+use super::nfw::{ALPHA_RS, Nfw, SCALE_RADIUS};
 use super::nfw_radial::{self, Basis};
-use super::radial::{Amplitude, Radial, RadialLaw};
-use crate::error::{Result, require};
+use super::radial::{Radial, RadialLaw, by_scale};
+use crate::error::Result;
 use crate::numerics::quadrature::integrate;
+use crate::numerics::real::Real;
+use crate::profile::parameter::{Name, Parameter, PriorShape, exactly};
 
 /// Truncated NFW halo: the NFW halo of (r_s, α_Rs) cut off around r_t = τ r_s, as lenstronomy's `TNFW`.
 ///
@@ -19,7 +21,31 @@ pub struct TruncatedNfwLaw {
     tau: f64,
 }
 
+/// Truncation radius of an NFW halo.
+const TRUNCATION_RADIUS: Parameter = Parameter {
+    name: "r_trunc",
+    label: "R_{t}",
+    usual_prior: PriorShape::Uniform([0.5, 100.0]),
+    ..Parameter::RADIUS
+};
+
 impl RadialLaw for TruncatedNfwLaw {
+    const NAMES: &'static [Name] = &[Name { name: "TNFW", held: &[("e1", 0.0), ("e2", 0.0)] }];
+    const PARAMETERS: &'static [Parameter] = &[
+        SCALE_RADIUS,
+        ALPHA_RS,
+        TRUNCATION_RADIUS,
+        Parameter::E1,
+        Parameter::E2,
+        Parameter::CENTRE_X,
+        Parameter::CENTRE_Y,
+    ];
+
+    fn of_parameters(values: &[f64]) -> Result<TruncatedNfw> {
+        let [r_s, alpha_rs, r_trunc, e1, e2, x, y] = exactly(values)?;
+        TruncatedNfw::new(r_s, alpha_rs, r_trunc, [x, y])?.with_elliptical_potential([e1, e2])
+    }
+
     fn radial(&self, u: f64) -> [f64; 3] {
         truncated(u, &nfw_radial::basis(u), self.tau)
     }
@@ -28,13 +54,21 @@ impl RadialLaw for TruncatedNfwLaw {
         potential(u, self.tau)
     }
 
-    const PARAMETERS: &'static [&'static str] =
-        &["Rs", "alpha_Rs", "r_trunc", "e1", "e2", "center_x", "center_y"];
+    #[inline(always)]
+    fn m<R: Real>(&self, u: R) -> R {
+        let [m] = u.each(|u| [self.radial(u)[0]]);
+        m
+    }
 
-    fn by_parameter(&self, at: &Amplitude) -> [f64; 3] {
-        let by_tau = at.k * m_by_tau(at.u, self.tau, at.m);
-        let by_scale = at.by_scale() - at.k * at.m / at.scale_arcsec - by_tau * self.tau / at.scale_arcsec;
-        [by_scale, at.m * Nfw::strength(at.scale_arcsec, 1.0), by_tau / at.scale_arcsec]
+    #[inline(always)]
+    fn respond<R: Real>(&self, u: R, k: f64, scale_arcsec: f64) -> ([R; 2], [R; 3]) {
+        let [m, p1, by_tau] = u.each(|u| {
+            let [m, p1, _] = self.radial(u);
+            [m, p1, m_by_tau(u, self.tau, m)]
+        });
+        let (by_tau, scale) = (by_tau * k, R::splat(scale_arcsec));
+        let by_r_s = by_scale(p1, k, scale_arcsec) - m * k / scale - by_tau * self.tau / scale;
+        ([m, p1], [by_r_s, m * Nfw::strength(scale_arcsec, 1.0), by_tau / scale])
     }
 }
 
@@ -90,9 +124,9 @@ impl TruncatedNfw {
         r_trunc_arcsec: f64,
         centre_arcsec: [f64; 2],
     ) -> Result<Self> {
-        require(r_s_arcsec > 0.0, "r_s_arcsec", r_s_arcsec, "a positive number")?;
-        require(true, "alpha_rs_arcsec", alpha_rs_arcsec, "a finite number")?;
-        require(r_trunc_arcsec > 0.0, "r_trunc_arcsec", r_trunc_arcsec, "a positive number")?;
+        SCALE_RADIUS.domain.check("r_s_arcsec", r_s_arcsec)?;
+        ALPHA_RS.domain.check("alpha_rs_arcsec", alpha_rs_arcsec)?;
+        TRUNCATION_RADIUS.domain.check("r_trunc_arcsec", r_trunc_arcsec)?;
         let law = TruncatedNfwLaw { tau: r_trunc_arcsec / r_s_arcsec };
         Self::round(law, r_s_arcsec, Nfw::strength(r_s_arcsec, alpha_rs_arcsec), centre_arcsec)
     }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use self::arguments::{Arguments, PROFILES};
+use self::arguments::Arguments;
 use self::line_of_sight::LINES_OF_SIGHT;
 use crate::cosmology::Background;
 use crate::error::{Error, Result, require};
@@ -16,6 +16,7 @@ use crate::mapping::Mapping;
 use crate::mapping::multiplane::GeneralMultiPlane;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
 use crate::profile::mass::MassModel;
+use crate::profile::registry::mass_names;
 
 /// A model file: one lens plane at `z_lens`, or a redshift for every model in `lens_redshift_list`.
 #[derive(Debug, Clone, Deserialize)]
@@ -123,7 +124,7 @@ impl ModelFile {
             let allowed = format!("{} as the lens_model_list, and at least 1", names.len());
             return Err(Error::out_of_range("length of kwargs_lens", kwargs.len(), &allowed));
         }
-        let known = [PROFILES.as_slice(), &LINES_OF_SIGHT].concat();
+        let known = [mass_names().as_slice(), &LINES_OF_SIGHT].concat();
         let unknown: Vec<&str> =
             names.iter().map(String::as_str).filter(|name| !known.contains(name)).collect();
         if unknown.is_empty() {

@@ -1,0 +1,80 @@
+//! What every mass profile is: equations over one number or SIMD lanes, and a description.
+
+use crate::error::Result;
+use crate::numerics::complex::Cx;
+use crate::numerics::real::Real;
+use crate::profile::parameter::{Name, Parameter};
+
+/// A thin lens in angular units, its deflection reduced to one source.
+///
+/// Arguments are angles (arcsec) from the observer's axis; ψ is in arcsec², α in arcsec,
+/// its Hessian without unit, third derivatives per arcsec.
+pub trait MassProfile: Sync + Sized {
+    /// Lensing potential ψ(θ) in arcsec², zero at the centre of the profile.
+    fn potential(&self, x_arcsec: f64, y_arcsec: f64) -> f64;
+    /// Reduced deflection ∂ψ/∂x + i∂ψ/∂y in arcsec, of one point or of one a lane.
+    fn deflect<R: Real>(&self, x_arcsec: R, y_arcsec: R) -> Cx<R>;
+    /// Deflection, convergence and shear, with the derivatives of the deflection by each of [`Self::parameters`], whose
+    /// number is the length of `by_parameter`.
+    fn respond<R: Real>(&self, x_arcsec: R, y_arcsec: R, by_parameter: &mut [Cx<R>]) -> Response<R>;
+    /// Hessian (ψ_xx, ψ_xy, ψ_yy).
+    fn hessian(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 3];
+    /// Third derivatives (ψ_xxx, ψ_xxy, ψ_xyy, ψ_yyy) per arcsec.
+    fn third_derivatives(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 4];
+    /// The parameters; the centre comes last.
+    fn parameters(&self) -> &'static [Parameter];
+
+    /// Reduced deflection (∂ψ/∂x, ∂ψ/∂y) in arcsec.
+    fn deflection(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 2] {
+        let alpha = self.deflect(x_arcsec, y_arcsec);
+        [alpha.re, alpha.im]
+    }
+}
+
+/// A mass profile as the registry lists it.
+pub trait Described: MassProfile {
+    /// lenstronomy's names for it.
+    const NAMES: &'static [Name];
+    /// Its parameters.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The profile of as many values as it has parameters.
+    ///
+    /// # Errors
+    /// Another number of values, or one outside its domain.
+    fn of_parameters(values: &[f64]) -> Result<Self>;
+
+    /// Centre in arcsec, of a profile that has one.
+    fn centre_arcsec(&self) -> Option<[f64; 2]>;
+}
+
+/// Deflection, convergence and shear of a lens at one point or in SIMD lanes.
+#[derive(Debug, Clone, Copy)]
+pub struct Response<R> {
+    /// α_x + iα_y in arcsec.
+    pub deflection: Cx<R>,
+    /// Convergence κ.
+    pub convergence: R,
+    /// Shear γ1 + iγ2.
+    pub shear: Cx<R>,
+}
+
+impl<R: Real> Response<R> {
+    /// That of a deflection and the Hessian of its potential.
+    #[inline(always)]
+    pub(super) fn new(deflection: Cx<R>, [xx, xy, yy]: [R; 3]) -> Self {
+        Self { deflection, convergence: (xx + yy) * 0.5, shear: Cx::new((xx - yy) * 0.5, xy) }
+    }
+
+    /// Hessian of the potential (κ+γ1, γ2, κ−γ1).
+    #[inline(always)]
+    pub fn hessian(&self) -> [R; 3] {
+        [self.convergence + self.shear.re, self.shear.im, self.convergence - self.shear.re]
+    }
+
+    /// Change of the deflection when the point moves by `dz`: κ·dz + γ·conj(dz).
+    #[inline(always)]
+    pub fn along(&self, dz: Cx<R>) -> Cx<R> {
+        dz.scale(self.convergence) + self.shear * dz.conj()
+    }
+}
