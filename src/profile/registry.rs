@@ -51,10 +51,12 @@ fn names<M>(all: &'static [Description<M>]) -> Vec<&'static str> {
 }
 
 fn named<M>(all: &'static [Description<M>], what: &str, name: &str) -> Result<Named<M>> {
-    let mut pairs = all.iter().flat_map(|description| description.names.iter().map(move |own| (own, description)));
-    pairs.find(|(own, _)| own.name == name).map(|(name, description)| Named { name, description }).ok_or_else(|| {
-        Error::out_of_range(what, name, &format!("one of {}", names(all).join(", ")))
-    })
+    let mut pairs =
+        all.iter().flat_map(|description| description.names.iter().map(move |own| (own, description)));
+    pairs
+        .find(|(own, _)| own.name == name)
+        .map(|(name, description)| Named { name, description })
+        .ok_or_else(|| Error::out_of_range(what, name, &format!("one of {}", names(all).join(", "))))
 }
 
 #[cfg(test)]
@@ -100,7 +102,10 @@ mod tests {
         {
             for parameter in parameters {
                 assert!(!parameter.label.is_empty(), "{parameter:?}");
-                assert!(parameter.default.is_none_or(|value| parameter.domain.contains(value)), "{parameter:?}");
+                assert!(
+                    parameter.default.is_none_or(|value| parameter.domain.contains(value)),
+                    "{parameter:?}"
+                );
                 let [low, high] = parameter.domain.edges();
                 if let PriorShape::Uniform([from, to]) = parameter.usual_prior {
                     assert!(low <= from && from < to && to <= high, "{parameter:?}");

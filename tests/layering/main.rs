@@ -43,15 +43,6 @@ const KNOWN: &[(&str, &str)] = &[
     ("plot/figures/mod.rs", "plot/figures/recovery.rs"),
     ("plot/figures/mod.rs", "plot/figures/tidal_maps.rs"),
     ("plot/figures/mod.rs", "plot/figures/tidal_residuals.rs"),
-    ("profile/mass/mod.rs", "profile/mass/epl.rs"),
-    ("profile/mass/mod.rs", "profile/mass/external.rs"),
-    ("profile/mass/mod.rs", "profile/mass/nfw.rs"),
-    ("profile/mass/mod.rs", "profile/mass/point_mass.rs"),
-    ("profile/mass/mod.rs", "profile/mass/sersic.rs"),
-    ("profile/mass/mod.rs", "profile/mass/truncated_nfw.rs"),
-    ("profile/mass/response.rs", "profile/mass/epl.rs"),
-    ("profile/mass/response.rs", "profile/mass/nfw.rs"),
-    ("profile/mass/response.rs", "profile/mass/sersic.rs"),
 ];
 
 fn library() -> Arrows {

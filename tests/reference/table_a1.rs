@@ -77,10 +77,10 @@ impl Case {
     fn traced(&self, theta: [f64; 2]) -> [f64; 2] {
         let (mut chi, mut x, mut s) = (0.0, [0.0; 2], theta);
         let on = |x: [f64; 2], s: [f64; 2], step: f64| [x[0] + step * s[0], x[1] + step * s[1]];
-        let profiles: [(f64, &dyn MassProfile); 3] = [
-            (self.near.chi, &self.near.profile),
-            (self.chi_lens, &self.lens),
-            (self.far.chi, &self.far.profile),
+        let profiles = [
+            (self.near.chi, MassModel::External(self.near.profile)),
+            (self.chi_lens, MassModel::Epl(self.lens.clone())),
+            (self.far.chi, MassModel::External(self.far.profile)),
         ];
         for (chi_plane, profile) in profiles {
             x = on(x, s, chi_plane - chi);

@@ -224,8 +224,7 @@ impl CompiledModel {
 
     /// Slots of the line of sight and of all lenses, which shape β; the lights' follow.
     pub(super) fn mapping_slots(&self) -> usize {
-        self.line_of_sight.parameters().len()
-            + self.lenses.iter().map(|l| l.parameters.len()).sum::<usize>()
+        self.line_of_sight.parameters().len() + self.lenses.iter().map(|l| l.parameters.len()).sum::<usize>()
     }
 
     /// The lenses at values of the free parameters.
@@ -313,7 +312,8 @@ impl Slots {
         given: &BTreeMap<String, ParameterRule>,
         default: impl Fn(&Parameter) -> Option<f64>,
     ) -> Result<()> {
-        if let Some(unknown) = given.keys().find(|key| parameters.iter().all(|own| own.name != key.as_str())) {
+        if let Some(unknown) = given.keys().find(|key| parameters.iter().all(|own| own.name != key.as_str()))
+        {
             let names: Vec<&str> = parameters.iter().map(|own| own.name).collect();
             let allowed = format!("one of {}", names.join(", "));
             return Err(Error::out_of_range(&format!("parameter of {component}"), unknown, &allowed));

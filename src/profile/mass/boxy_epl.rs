@@ -30,8 +30,12 @@ pub struct BoxyEpl {
 }
 
 /// Strength of the multipole.
-const A4_A: Parameter =
-    Parameter { name: "a4_a", label: "a_{4}/a", usual_prior: PriorShape::Uniform([-0.1, 0.1]), ..Parameter::NUMBER };
+const A4_A: Parameter = Parameter {
+    name: "a4_a",
+    label: "a_{4}/a",
+    usual_prior: PriorShape::Uniform([-0.1, 0.1]),
+    ..Parameter::NUMBER
+};
 
 impl BoxyEpl {
     /// The power law of [`Epl::new`] with a multipole of strength `a4_a`.

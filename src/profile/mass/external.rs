@@ -114,10 +114,7 @@ pub(super) const ORIGIN_Y: Parameter = Parameter { name: "dec_0", label: "y_{0}"
 
 impl Described for External {
     const NAMES: &'static [Name] = &[
-        Name {
-            name: "SHEAR",
-            held: &[("kappa", 0.0), ("g1", 0.0), ("g2", 0.0), ("g3", 0.0), ("g4", 0.0)],
-        },
+        Name { name: "SHEAR", held: &[("kappa", 0.0), ("g1", 0.0), ("g2", 0.0), ("g3", 0.0), ("g4", 0.0)] },
         Name {
             name: "CONVERGENCE",
             held: &[("gamma1", 0.0), ("gamma2", 0.0), ("g1", 0.0), ("g2", 0.0), ("g3", 0.0), ("g4", 0.0)],

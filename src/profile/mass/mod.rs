@@ -4,6 +4,7 @@ mod boxy_epl;
 mod einstein_radius;
 mod epl;
 mod external;
+mod models;
 mod nfw;
 pub mod nfw_radial;
 mod point_mass;
@@ -18,6 +19,8 @@ pub use boxy_epl::BoxyEpl;
 pub use einstein_radius::{einstein_radius_arcsec, mean_convergence};
 pub use epl::Epl;
 pub use external::External;
+pub(crate) use models::MOST_PARAMETERS;
+pub use models::{MASSES, MassModel};
 pub use nfw::Nfw;
 pub use point_mass::PointMass;
 pub use polar_shear::PolarShear;
@@ -28,107 +31,12 @@ pub use response::{Responses, deflections, responses};
 pub use sersic::SersicMass;
 pub use truncated_nfw::{TruncatedNfw, potential as truncated_potential, truncated};
 
-use super::parameter::{Description, Parameter};
-use crate::numerics::complex::Cx;
-use crate::numerics::real::{Lanes, Real};
-
-/// The closed list of mass profiles: each line makes a model of [`MassModel`] and an entry of the registry.
-macro_rules! mass_models {
-    ($($(#[$doc:meta])* $model:ident($profile:ty),)*) => {
-        /// Every mass profile that can stand in a lens plane.
-        #[derive(Debug, Clone)]
-        pub enum MassModel {
-            $($(#[$doc])* $model($profile),)*
-        }
-
-        /// The descriptions of all mass profiles.
-        pub static MASSES: &[Description<MassModel>] = &[$(Description {
-            names: <$profile>::NAMES,
-            parameters: <$profile>::PARAMETERS,
-            builder: |values| <$profile>::of_parameters(values).map(MassModel::$model),
-        },)*];
-
-        impl MassModel {
-            /// Centre of the profile in arcsec; `None` for external fields, which have none.
-            pub fn centre_arcsec(&self) -> Option<[f64; 2]> {
-                match self { $(Self::$model(profile) => profile.centre_arcsec(),)* }
-            }
-
-            /// Deflection in every lane.
-            pub(crate) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
-                match self { $(Self::$model(profile) => response::deflect_lanes(profile, &x, &y),)* }
-            }
-
-            /// Deflection, convergence, shear and parameter derivatives in every lane.
-            pub(crate) fn response_lanes(&self, x: Lanes, y: Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
-                match self { $(Self::$model(profile) => response::respond_lanes(profile, &x, &y, by_parameter),)* }
-            }
-        }
-
-        impl MassProfile for MassModel {
-            fn potential(&self, x: f64, y: f64) -> f64 {
-                match self { $(Self::$model(profile) => profile.potential(x, y),)* }
-            }
-
-            fn deflect<R: Real>(&self, x: R, y: R) -> Cx<R> {
-                match self { $(Self::$model(profile) => profile.deflect(x, y),)* }
-            }
-
-            fn respond<R: Real>(&self, x: R, y: R, by_parameter: &mut [Cx<R>]) -> Response<R> {
-                match self { $(Self::$model(profile) => profile.respond(x, y, by_parameter),)* }
-            }
-
-            fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-                match self { $(Self::$model(profile) => profile.hessian(x, y),)* }
-            }
-
-            fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
-                match self { $(Self::$model(profile) => profile.third_derivatives(x, y),)* }
-            }
-
-            fn parameters(&self) -> &'static [Parameter] {
-                match self { $(Self::$model(profile) => profile.parameters(),)* }
-            }
-        }
-    };
-}
-
-mass_models! {
-    /// Elliptical power law.
-    Epl(Epl),
-    /// Elliptical power law with boxy or disky contours.
-    BoxyEpl(BoxyEpl),
-    /// Navarro–Frenk–White halo.
-    Nfw(Nfw),
-    /// Truncated NFW halo.
-    TruncatedNfw(TruncatedNfw),
-    /// Sérsic profile of the convergence.
-    Sersic(SersicMass),
-    /// Point mass.
-    PointMass(PointMass),
-    /// Convergence, shear and flexion from outside.
-    External(External),
-    /// Shear from outside by strength and direction.
-    PolarShear(PolarShear),
-}
-
-/// The most parameters a profile has.
-pub(crate) const MOST_PARAMETERS: usize = {
-    let (mut most, mut i) = (0, 0);
-    while i < MASSES.len() {
-        if MASSES[i].parameters.len() > most {
-            most = MASSES[i].parameters.len();
-        }
-        i += 1;
-    }
-    most
-};
-
 #[cfg(test)]
 pub(crate) mod derivative_checks {
     //! Finite-difference checks shared by the tests of all mass profiles.
-    use super::{MassProfile, Parameter};
+    use super::MassProfile;
     use crate::numerics::complex::Cx;
+    use crate::profile::parameter::Parameter;
 
     /// Each ∂α/∂p against differences of the profiles that `build` makes of parameters, to `relative` of the largest.
     pub fn assert_parameter_derivatives<P: MassProfile>(

@@ -45,14 +45,8 @@ impl RadialLaw for NfwLaw {
         Name { name: "NFW_ELLIPSE_POTENTIAL", held: &[] },
         Name { name: "NFW", held: &[("e1", 0.0), ("e2", 0.0)] },
     ];
-    const PARAMETERS: &'static [Parameter] = &[
-        SCALE_RADIUS,
-        ALPHA_RS,
-        Parameter::E1,
-        Parameter::E2,
-        Parameter::CENTRE_X,
-        Parameter::CENTRE_Y,
-    ];
+    const PARAMETERS: &'static [Parameter] =
+        &[SCALE_RADIUS, ALPHA_RS, Parameter::E1, Parameter::E2, Parameter::CENTRE_X, Parameter::CENTRE_Y];
 
     fn of_parameters(values: &[f64]) -> Result<Nfw> {
         let [r_s, alpha_rs, e1, e2, x, y] = exactly(values)?;

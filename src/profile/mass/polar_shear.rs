@@ -44,7 +44,8 @@ impl MassProfile for PolarShear {
     fn respond<R: Real>(&self, x: R, y: R, by_parameter: &mut [Cx<R>]) -> Response<R> {
         let mut by_field = [Cx::zero(); External::PARAMETERS.len()];
         let response = self.field.respond(x, y, &mut by_field);
-        let ([_, by_1, by_2, .., by_x, by_y], [cos, sin], turned) = (by_field, self.direction, 2.0 * self.strength);
+        let ([_, by_1, by_2, .., by_x, by_y], [cos, sin], turned) =
+            (by_field, self.direction, 2.0 * self.strength);
         let own = [by_1 * cos + by_2 * sin, by_2 * (turned * cos) - by_1 * (turned * sin), by_x, by_y];
         by_parameter.iter_mut().zip(own).for_each(|(out, own)| *out = own);
         response

@@ -1,26 +1,8 @@
 //! Deflections of many points at once, and their response to the parameters of a lens.
 
-use multiversion::multiversion;
-
-use super::{MOST_PARAMETERS, MassModel, MassProfile, Response};
+use super::{MOST_PARAMETERS, MassModel, MassProfile};
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{LANES, Lanes};
-
-// Compiled once for each profile and instruction set, and called once for all lanes.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-pub(super) fn deflect_lanes<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
-    lens.deflect(*x, *y)
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-pub(super) fn respond_lanes<P: MassProfile>(
-    lens: &P,
-    x: &Lanes,
-    y: &Lanes,
-    by_parameter: &mut [Cx<Lanes>],
-) -> Response<Lanes> {
-    lens.respond(*x, *y, by_parameter)
-}
 
 /// Responses of a lens at many points, column by column.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -98,7 +80,8 @@ mod tests {
                 _ => -0.2,
             };
             let value = |name: &str| if name == "r_trunc" { 1.3 } else { value(name) };
-            let lens = description.build(&description.parameters.iter().map(|p| value(p.name)).collect::<Vec<_>>());
+            let lens =
+                description.build(&description.parameters.iter().map(|p| value(p.name)).collect::<Vec<_>>());
             let lens = lens.unwrap();
             let (mut alpha, mut all) = ([vec![], vec![]], Responses::default());
             deflections(&lens, &x, &y, &mut alpha);
