@@ -12,7 +12,7 @@ use haloray::inference::model::{CompiledModel, ModelDescription};
 use haloray::inference::sample::{SamplerSettings, ValleySettings};
 use haloray::inference::{Fit, FitSettings, Observation};
 use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
-use haloray::numerics::random::{Stage, stream};
+use haloray::numerics::random::{Stage, StreamName, stream};
 use haloray::profile::light::Sersic;
 use haloray::profile::mass::{Epl, MassModel};
 use haloray::{Error, Result};
@@ -118,7 +118,7 @@ fn mock(model: &CompiledModel, number: u64) -> Result<(Observation, Vec<f64>)> {
     let pixels = (2.0 * HALF_WIDTH * value("lens.theta_E")? / camera.pixel_scale_arcsec).ceil() as usize;
     let grid = SkyGrid::new(pixels, camera.pixel_scale_arcsec)?;
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
-    let noise = (SEED, number, Stage::NoiseImage);
+    let noise = StreamName { seed: SEED, realisation: number, stage: Stage::NoiseImage };
     let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise);
     let observation = Observation::of_camera(grid, exposure.noisy_e_s, &camera, psf);
     Ok((observation, truths))

@@ -6,7 +6,7 @@ use super::noise::add_noise;
 use super::pixels::{PixelSampling, integrate_pixels};
 use super::psf::Psf;
 use super::scene::Scene;
-use crate::numerics::random::Stage;
+use crate::numerics::random::StreamName;
 
 /// A simulated image with and without noise, e⁻/s per pixel, row-major (y, x).
 #[derive(Debug, Clone, PartialEq)]
@@ -24,19 +24,20 @@ const TOLERANCE_OF_BACKGROUND_RMS: f64 = 0.01;
 
 /// Exposes a scene.
 ///
-/// Pixel fluxes are integrated to 1% of the background rms, convolved with `psf`, and noise of the stream
-/// (`seed`, `realisation`, `stage`) is added.
+/// Pixel fluxes are integrated to 1% of the background rms, convolved with `psf`, and the noise of that
+/// stream is added.
 pub fn expose(
     scene: &Scene,
     grid: SkyGrid,
     instrument: &Instrument,
     psf: &Psf,
     sampling: PixelSampling,
-    (seed, realisation, stage): (u64, u64, Stage),
+    noise: StreamName,
 ) -> Exposure {
     let rms = instrument.background_rms_e_s();
     let flux = integrate_pixels(scene, &grid, sampling, TOLERANCE_OF_BACKGROUND_RMS * rms);
     let noise_free_e_s = psf.convolve(&flux, grid.pixels());
+    let StreamName { seed, realisation, stage } = noise;
     let noisy_e_s = add_noise(&noise_free_e_s, rms, instrument.exposure_s, seed, realisation, stage);
     Exposure { grid, noise_free_e_s, noisy_e_s }
 }

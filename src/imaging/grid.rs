@@ -1,6 +1,6 @@
 //! The sky grid of an image.
 
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 
 /// A square image of `pixels`² pixels centred on the axis; pixel (0, 0) is bottom left at −(n−1)/2·Δ.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,8 +15,8 @@ impl SkyGrid {
     /// # Errors
     /// When there is no pixel, more than 4096 a side, or the scale is not positive.
     pub fn new(pixels: usize, pixel_scale_arcsec: f64) -> Result<Self> {
-        require((1..=4096).contains(&pixels), "image.pixels", pixels as f64, "from 1 to 4096")?;
-        require(pixel_scale_arcsec > 0.0, "instrument.pixel_scale_arcsec", pixel_scale_arcsec, "positive")?;
+        Domain::from_to(1.0, 4096.0).check("image.pixels", pixels as f64)?;
+        Domain::POSITIVE.check("instrument.pixel_scale_arcsec", pixel_scale_arcsec)?;
         Ok(Self { pixels, pixel_scale_arcsec })
     }
 

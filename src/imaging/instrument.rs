@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 
 /// A camera and one exposure with it. The default is HST WFC3/IR F160W as in the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -50,40 +50,21 @@ impl Instrument {
     /// # Errors
     /// The first setting outside its domain.
     pub fn validate(&self) -> Result<()> {
-        require(
-            self.pixel_scale_arcsec > 0.0,
-            "instrument.pixel_scale_arcsec",
-            self.pixel_scale_arcsec,
-            "positive",
-        )?;
-        require(self.exposure_s > 0.0, "instrument.exposure_s", self.exposure_s, "positive")?;
-        for (name, magnitude) in [
-            ("instrument.zero_point_mag", self.zero_point_mag),
-            ("instrument.sky_mag_arcsec2", self.sky_mag_arcsec2),
+        let magnitude = Domain::from_to(-100.0, 100.0);
+        for (domain, name, value) in [
+            (Domain::POSITIVE, "pixel_scale_arcsec", self.pixel_scale_arcsec),
+            (Domain::POSITIVE, "exposure_s", self.exposure_s),
+            (magnitude, "zero_point_mag", self.zero_point_mag),
+            (magnitude, "sky_mag_arcsec2", self.sky_mag_arcsec2),
+            (Domain::NON_NEGATIVE, "read_noise_e", self.read_noise_e),
+            (Domain::POSITIVE, "psf_truncation_sigma", self.psf_truncation_sigma),
         ] {
-            require((-100.0..=100.0).contains(&magnitude), name, magnitude, "from -100 to 100")?;
+            domain.check(&format!("instrument.{name}"), value)?;
         }
-        require(self.read_noise_e >= 0.0, "instrument.read_noise_e", self.read_noise_e, "zero or positive")?;
-        require(
-            self.psf_fwhm_arcsec >= 0.0,
-            "instrument.psf_fwhm_arcsec",
-            self.psf_fwhm_arcsec,
-            "zero or positive",
-        )?;
-        require(
-            self.psf_truncation_sigma > 0.0,
-            "instrument.psf_truncation_sigma",
-            self.psf_truncation_sigma,
-            "positive",
-        )?;
-        let sigma_pixels =
-            self.psf_fwhm_arcsec / (8.0 * std::f64::consts::LN_2).sqrt() / self.pixel_scale_arcsec;
-        require(
-            self.psf_truncation_sigma * sigma_pixels <= 4096.0,
-            "instrument.psf_fwhm_arcsec",
-            self.psf_fwhm_arcsec,
-            "such that psf_truncation_sigma standard deviations are at most 4096 pixels",
-        )
+        // The kernel ends 4096 pixels from its centre at most.
+        let widest = 4096.0 * self.pixel_scale_arcsec * (8.0 * std::f64::consts::LN_2).sqrt();
+        let psf_fwhm = Domain::from_to(0.0, widest / self.psf_truncation_sigma);
+        psf_fwhm.check("instrument.psf_fwhm_arcsec", self.psf_fwhm_arcsec).map(drop)
     }
 
     /// Electrons per second of a source of the given magnitude, 10^(−0.4(m − ZP)).

@@ -3,7 +3,7 @@
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 
 /// A point-spread function on the pixel grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,8 +27,8 @@ impl Psf {
     /// # Errors
     /// When the width is negative or the truncation is not positive.
     pub fn gaussian(fwhm_arcsec: f64, truncation_sigma: f64, pixel_scale_arcsec: f64) -> Result<Self> {
-        require(fwhm_arcsec >= 0.0, "psf_fwhm_arcsec", fwhm_arcsec, "zero or positive")?;
-        require(truncation_sigma > 0.0, "psf_truncation_sigma", truncation_sigma, "positive")?;
+        Domain::NON_NEGATIVE.check("psf_fwhm_arcsec", fwhm_arcsec)?;
+        Domain::POSITIVE.check("psf_truncation_sigma", truncation_sigma)?;
         if fwhm_arcsec == 0.0 {
             return Ok(Self::None);
         }
@@ -52,8 +52,7 @@ impl Psf {
                 "square with an odd number of pixels a side",
             ));
         }
-        let total: f64 = weights.iter().sum();
-        require(total > 0.0, "sum of the PSF kernel", total, "positive and finite")?;
+        let total = Domain::POSITIVE.check("sum of the PSF kernel", weights.iter().sum())?;
         Ok(Self::Kernel { width, weights: weights.into_iter().map(|w| w / total).collect() })
     }
 

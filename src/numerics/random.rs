@@ -35,6 +35,17 @@ pub enum Stage {
     Evidence = 17,
 }
 
+/// The name of the random stream of one stage of one realisation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StreamName {
+    /// Seed of the run.
+    pub seed: u64,
+    /// Number of the realisation.
+    pub realisation: u64,
+    /// What is drawn.
+    pub stage: Stage,
+}
+
 /// The stream of one block of work.
 pub fn stream(seed: u64, realisation: u64, stage: Stage, block: u64) -> ChaCha8Rng {
     let mut key = [0_u8; 32];

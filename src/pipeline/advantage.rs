@@ -9,7 +9,7 @@ use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, FitStage, Observation};
 use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
-use crate::numerics::random::Stage;
+use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
 
@@ -100,8 +100,8 @@ pub fn table1_image(seed: u64) -> Result<Table1Image> {
     let scene = Scene { mapping: &mapping, source: &source, lens_light: Some(&lens_light) };
     let grid = SkyGrid::new(PIXELS, instrument.pixel_scale_arcsec)?;
     let psf = psf(&instrument)?;
-    let exposure =
-        expose(&scene, grid, &instrument, &psf, PixelSampling::Point, (seed, 0, Stage::NoiseImage));
+    let noise = StreamName { seed, realisation: 0, stage: Stage::NoiseImage };
+    let exposure = expose(&scene, grid, &instrument, &psf, PixelSampling::Point, noise);
     let mut truths: Vec<(String, f64)> = TABLE_1
         .iter()
         .filter(|(name, _)| !name.contains("magnitude"))

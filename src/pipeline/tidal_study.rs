@@ -10,7 +10,7 @@ use crate::mapping::multiplane::MainLens;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
 use crate::mapping::{Mapping, Order};
 use crate::monitor::{Monitor, Silent};
-use crate::numerics::random::Stage;
+use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
 
@@ -125,7 +125,7 @@ fn image_residual(
     let image = |mapping: &dyn Mapping, centre: [f64; 2]| -> Result<Vec<f64>> {
         let source = Sersic::with_flux(flux, radius, own.sersic_index, [0.0; 2], centre)?;
         let scene = Scene { mapping, source: &source, lens_light: None };
-        let noise = (config.seed, 0, Stage::NoiseImage);
+        let noise = StreamName { seed: config.seed, realisation: 0, stage: Stage::NoiseImage };
         Ok(expose(&scene, grid, instrument, &psf, config.image.pixel_sampling, noise).noise_free_e_s)
     };
     let traced_e_s = image(traced, source_centre)?;

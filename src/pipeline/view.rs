@@ -16,7 +16,7 @@ use crate::mapping::multiplane::{
 };
 use crate::mapping::{Mapping, Order};
 use crate::monitor::Monitor;
-use crate::numerics::random::{Stage, stream};
+use crate::numerics::random::{Stage, StreamName, stream};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
 
@@ -135,7 +135,7 @@ impl View {
         let tracked = Tracked { mapping: &whole, monitor };
         let scene = Scene { mapping: &tracked, source: &source, lens_light: lens_light.as_ref() };
         let sampling = config.image.pixel_sampling;
-        let noise = (config.seed, noise.0, noise.1);
+        let noise = StreamName { seed: config.seed, realisation: noise.0, stage: noise.1 };
         let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise);
         Ok(Self {
             number_of_haloes: line_of_sight.len(),

@@ -3,7 +3,7 @@
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
 use haloray::io::{ExposureKeywords, ImageFile};
 use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
-use haloray::numerics::random::Stage;
+use haloray::numerics::random::{Stage, StreamName};
 use haloray::profile::light::Sersic;
 use haloray::profile::mass::{Epl, MassModel};
 use nalgebra::Complex;
@@ -45,7 +45,8 @@ pub fn image(gamma_los: [f64; 2], number: u64) -> ImageFile {
     let grid = SkyGrid::new(SIDE, camera.pixel_scale_arcsec).unwrap();
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)
         .unwrap();
-    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, (1, number, Stage::NoiseImage));
+    let noise = StreamName { seed: 1, realisation: number, stage: Stage::NoiseImage };
+    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise);
     ImageFile {
         data: exposure.noisy_e_s,
         nx: SIDE,
