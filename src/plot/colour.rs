@@ -101,6 +101,11 @@ pub enum ColourMap {
 }
 
 impl ColourMap {
+    /// Whether most of its colours are dark, so that what is written on them must be white.
+    pub fn is_dark(self) -> bool {
+        self != Self::Diverging
+    }
+
     /// Colour at `t` in 0..=1; outside, the end's colour.
     pub fn at(self, t: f64) -> Colour {
         let t = t.clamp(0.0, 1.0);

@@ -1,27 +1,21 @@
 //! Colour bars: the strip of colours, its ticks, numbers and label.
 
 use super::colour::{Colour, Stroke};
-use super::frame::{FRAME, HALF_DIGIT, style};
-use super::layout::{
-    BAR_GAP_PT, BAR_PT, LABEL_GAP_PT, LABEL_PT, LINE_HEIGHT, Placed, SMALL_PT, TICK_GAP_PT, widest_pt,
-};
+use super::layout::{Placed, widest_pt};
 use super::mark::Mark;
 use super::markup::width_pt;
 use super::panel::{ColourBar, Panel, Side};
+use super::scale::Direction;
+use super::style::{
+    self, BAR_GAP_PT, BAR_PT, FRAME, HALF_DIGIT, LABEL_GAP_PT, LABEL_PT, SMALL_PT, TICK_GAP_PT,
+};
 use super::svg::{Anchor, Rect, Svg, TextStyle, number};
-use super::ticks::{Direction, Ticks, with_exponent};
+use super::ticks::{Ticks, with_exponent};
 
 /// Length of the arrow that says that values go on beyond the end.
 const ARROW_PT: f64 = 5.0;
 /// Number of straight pieces that the colour map is drawn with.
 const STOPS: u8 = 64;
-
-/// Height that a lying bar with its numbers and label takes above the frame.
-pub(super) fn height_pt(panel: &Panel) -> f64 {
-    let label = panel.colour_bar.as_ref().is_some_and(|bar| !bar.label.is_empty());
-    let line = if label { LABEL_GAP_PT + LINE_HEIGHT * LABEL_PT } else { 0.0 };
-    BAR_GAP_PT + BAR_PT + TICK_GAP_PT + SMALL_PT + line
-}
 
 /// Draws the colour bar of a panel of the figure.
 pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar, figure: &[Panel]) {
@@ -32,17 +26,21 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar, figure: &[Pan
             let x = frame.right() + BAR_GAP_PT;
             let strip = inset(Rect { x, width: BAR_PT, ..frame }, Direction::Vertical, below, above);
             paint(svg, strip, bar, Direction::Vertical, below, above);
-            let ticks = bar.norm.ticks(strip.bottom(), strip.y, Direction::Vertical, SMALL_PT);
-            let at = |value| strip.bottom() - bar.norm.position(value).unwrap_or(0.0) * strip.height;
+            let ticks = bar.colours.norm.ticks(strip.bottom(), strip.y, Direction::Vertical, SMALL_PT);
+            let at = |value| strip.bottom() - bar.colours.norm.position(value).unwrap_or(0.0) * strip.height;
             let tick =
                 |value, length| format!("M{} {}h{}", number(x + BAR_PT), number(at(value)), number(length));
             draw_ticks(svg, &ticks, tick);
             let left = x + BAR_PT + TICK_GAP_PT;
             for (value, label) in &ticks.major {
-                svg.text((left, at(*value) + HALF_DIGIT * SMALL_PT), label, style(SMALL_PT, Anchor::Start));
+                svg.text(
+                    (left, at(*value) + HALF_DIGIT * SMALL_PT),
+                    label,
+                    style::text(SMALL_PT, Anchor::Start),
+                );
             }
             let label_x = left + widest_pt(&ticks) + LABEL_GAP_PT + 0.85 * LABEL_PT;
-            let upwards = TextStyle { upwards: true, ..style(LABEL_PT, Anchor::Middle) };
+            let upwards = TextStyle { upwards: true, ..style::text(LABEL_PT, Anchor::Middle) };
             let middle = frame.y + 0.5 * frame.height;
             svg.text((label_x, middle), &with_exponent(&bar.label, ticks.exponent), upwards);
         }
@@ -51,8 +49,8 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar, figure: &[Pan
             let strip =
                 inset(Rect { x: frame.x, y, width, height: BAR_PT }, Direction::Horizontal, below, above);
             paint(svg, strip, bar, Direction::Horizontal, below, above);
-            let ticks = bar.norm.ticks(strip.x, strip.right(), Direction::Horizontal, SMALL_PT);
-            let at = |value| strip.x + bar.norm.position(value).unwrap_or(0.0) * strip.width;
+            let ticks = bar.colours.norm.ticks(strip.x, strip.right(), Direction::Horizontal, SMALL_PT);
+            let at = |value| strip.x + bar.colours.norm.position(value).unwrap_or(0.0) * strip.width;
             let tick =
                 |value, length: f64| format!("M{} {}v{}", number(at(value)), number(y), number(-length));
             draw_ticks(svg, &ticks, tick);
@@ -60,21 +58,21 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar, figure: &[Pan
                 let half = 0.5 * width_pt(label, SMALL_PT);
                 let (first, last) = (frame.x + half, frame.x + width - half);
                 let middle = at(*value).min(last).max(first);
-                svg.text((middle, y - TICK_GAP_PT), label, style(SMALL_PT, Anchor::Middle));
+                svg.text((middle, y - TICK_GAP_PT), label, style::text(SMALL_PT, Anchor::Middle));
             }
             let baseline = y - TICK_GAP_PT - SMALL_PT - LABEL_GAP_PT - 0.2 * LABEL_PT;
             let label = with_exponent(&bar.label, ticks.exponent);
-            svg.text((frame.x + 0.5 * width, baseline), &label, style(LABEL_PT, Anchor::Middle));
+            svg.text((frame.x + 0.5 * width, baseline), &label, style::text(LABEL_PT, Anchor::Middle));
         }
     }
 }
 
 /// Whether the rasters that the bar explains have finite values below and above its ends.
 fn beyond(figure: &[Panel], bar: &ColourBar) -> (bool, bool) {
-    let (low, high) = bar.norm.limits();
+    let (low, high) = bar.colours.norm.limits();
     let values = || {
         let rasters = figure.iter().flat_map(|panel| &panel.marks).filter_map(|mark| match mark {
-            Mark::Raster(raster) if (raster.norm, raster.map) == (bar.norm, bar.map) => Some(&raster.values),
+            Mark::Raster(raster) if raster.colours == bar.colours => Some(&raster.values),
             _ => None,
         });
         rasters.flatten().filter(|value| value.is_finite())
@@ -114,10 +112,11 @@ fn paint(svg: &mut Svg, strip: Rect, bar: &ColourBar, direction: Direction, belo
     for (present, side, tip, t) in [(below, low_side, low_tip, 0.0), (above, high_side, high_tip, 1.0)] {
         if present {
             // Reaches under the strip, so that no seam shows between the two.
-            svg.filled_path(&polygon(&[side[0], tip, side[1], centre]), bar.map.at(t), 1.0);
+            svg.filled_path(&polygon(&[side[0], tip, side[1], centre]), bar.colours.map.at(t), 1.0);
         }
     }
-    let stops: Vec<Colour> = (0..=STOPS).map(|i| bar.map.at(f64::from(i) / f64::from(STOPS))).collect();
+    let stops: Vec<Colour> =
+        (0..=STOPS).map(|i| bar.colours.map.at(f64::from(i) / f64::from(STOPS))).collect();
     svg.gradient_rect(strip, &stops, direction);
     let outline = [high_side[0], high_tip, high_side[1], low_side[0], low_tip, low_side[1]];
     svg.stroked_path(&polygon(&outline), FRAME);
@@ -141,23 +140,17 @@ fn draw_ticks(svg: &mut Svg, ticks: &Ticks, tick: impl Fn(f64, f64) -> String) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::{Axis, ColourMap, Norm, Raster};
+    use crate::plot::{Axis, ColourMap, ColourScale, Extent, Norm, Raster};
 
     #[test]
     fn arrows_stand_only_where_values_go_on() {
-        let norm = Norm::Linear { low: 0.0, high: 1.0 };
+        let colours = ColourScale { map: ColourMap::Viridis, norm: Norm::Linear { low: 0.0, high: 1.0 } };
         let raster = |values: Vec<f64>| {
-            let raster = Raster {
-                nx: values.len(),
-                ny: 1,
-                values,
-                extent: [0.0, 1.0, 0.0, 1.0],
-                map: ColourMap::Viridis,
-                norm,
-            };
+            let extent = Extent::square([0.5; 2], 0.5);
+            let raster = Raster { nx: values.len(), ny: 1, values, extent, colours };
             Panel { marks: vec![Mark::Raster(raster)], ..Panel::new(Axis::linear(""), Axis::linear("")) }
         };
-        let bar = ColourBar { map: ColourMap::Viridis, norm, label: String::new(), side: Side::Top };
+        let bar = ColourBar { colours, label: String::new(), side: Side::Top };
         let arrows = |values| beyond(&[raster(vec![0.5]), raster(values)], &bar);
         assert_eq!(arrows(vec![0.0, 1.0, f64::INFINITY]), (false, false));
         assert_eq!(arrows(vec![-0.1, 1.0, f64::NAN]), (true, false));

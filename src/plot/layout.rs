@@ -2,27 +2,14 @@
 
 use super::figure::Figure;
 use super::markup::width_pt;
-use super::panel::{Panel, Side};
-use super::scale::Span;
+use super::panel::{ColourBar, Panel, Side};
+use super::scale::{Direction, Span};
+use super::style::{BAR_GAP_PT, BAR_PT, CAPTION_PT, LABEL_PT, SMALL_PT, TICK_GAP_PT, line_pt};
 use super::svg::{PT_PER_MM, Rect};
-use super::ticks::{Direction, Ticks};
+use super::ticks::Ticks;
 
-/// Size of tick labels, legends and notes.
-pub(super) const SMALL_PT: f64 = 7.0;
-/// Size of axis labels and titles.
-pub(super) const LABEL_PT: f64 = 8.0;
-/// Between a frame and its tick labels.
-pub(super) const TICK_GAP_PT: f64 = 3.0;
-/// Between tick labels and axis label.
-pub(super) const LABEL_GAP_PT: f64 = 2.5;
-/// Thickness of a colour bar.
-pub(super) const BAR_PT: f64 = 5.0;
-/// Between a frame and its colour bar.
-pub(super) const BAR_GAP_PT: f64 = 3.5;
-/// Height of a line of text that may carry scripts, relative to its size.
-pub(super) const LINE_HEIGHT: f64 = 1.15;
-/// Height of a line of captions.
-pub(super) const CAPTION_PT: f64 = 1.3 * SMALL_PT;
+/// Height of a line of numbers beside a frame or a colour bar.
+const NUMBERS_PT: f64 = TICK_GAP_PT + SMALL_PT;
 /// Between panels, and around the figure.
 const GAP_PT: f64 = 5.0;
 
@@ -144,17 +131,21 @@ pub(super) fn widest_pt(ticks: &Ticks) -> f64 {
     ticks.major.iter().map(|(_, label)| width_pt(label, SMALL_PT)).fold(0.0, f64::max)
 }
 
+/// Height that a lying colour bar takes above the frame with its numbers and label.
+pub(super) fn lying_bar_pt(bar: &ColourBar) -> f64 {
+    BAR_GAP_PT + BAR_PT + NUMBERS_PT + line_pt(&bar.label, LABEL_PT)
+}
+
 impl Margins {
     fn of(place: &Placed) -> Self {
         let Placed { panel, frame, x, .. } = place;
         if panel.is_blank {
             return Self::default();
         }
-        let line = |shown: bool, size: f64| if shown { LABEL_GAP_PT + LINE_HEIGHT * size } else { 0.0 };
         let mut margins = Self {
-            left: line(!panel.y.label.is_empty(), LABEL_PT),
-            bottom: line(!panel.x.label.is_empty(), LABEL_PT),
-            top: line(!panel.title.is_empty(), LABEL_PT) + CAPTION_PT * panel.captions.len() as f64,
+            left: line_pt(&panel.y.label, LABEL_PT),
+            bottom: line_pt(&panel.x.label, LABEL_PT),
+            top: line_pt(&panel.title, LABEL_PT) + CAPTION_PT * panel.captions.len() as f64,
             right: 0.0,
         };
         if panel.y.tick_labels {
@@ -162,27 +153,28 @@ impl Margins {
             margins.top = margins.top.max(0.4 * SMALL_PT);
         }
         if panel.x.tick_labels {
-            margins.bottom += TICK_GAP_PT + SMALL_PT;
+            margins.bottom += NUMBERS_PT;
             for (value, label) in &place.x_ticks.major {
                 let (middle, half) = (x.at(*value).unwrap_or(0.0), 0.5 * width_pt(label, SMALL_PT));
                 margins.left = margins.left.max(half - middle);
                 margins.right = margins.right.max(middle + half - frame.width);
             }
         }
-        let tick_line = TICK_GAP_PT + SMALL_PT;
         if let Some(top) = &panel.top {
             for (value, label) in top.major.iter().filter(|(value, _)| x.contains(*value)) {
                 let end = x.at(*value).unwrap_or(0.0) + 0.5 * width_pt(label, SMALL_PT);
                 margins.right = margins.right.max(end - frame.width);
             }
-            margins.top += tick_line + line(!top.label.is_empty(), LABEL_PT);
+            margins.top += NUMBERS_PT + line_pt(&top.label, LABEL_PT);
         }
         if let Some(bar) = &panel.colour_bar {
-            let label = line(!bar.label.is_empty(), LABEL_PT);
-            let ticks = bar.norm.ticks(frame.height, 0.0, Direction::Vertical, SMALL_PT);
             match bar.side {
-                Side::Right => margins.right += BAR_GAP_PT + BAR_PT + TICK_GAP_PT + widest_pt(&ticks) + label,
-                Side::Top | Side::TopOver(_) => margins.top += BAR_GAP_PT + BAR_PT + tick_line + label,
+                Side::Right => {
+                    let ticks = bar.colours.norm.ticks(frame.height, 0.0, Direction::Vertical, SMALL_PT);
+                    let numbers = TICK_GAP_PT + widest_pt(&ticks);
+                    margins.right += BAR_GAP_PT + BAR_PT + numbers + line_pt(&bar.label, LABEL_PT);
+                }
+                Side::Top | Side::TopOver(_) => margins.top += lying_bar_pt(bar),
             }
         }
         margins

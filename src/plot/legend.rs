@@ -1,11 +1,11 @@
 //! The legend of a panel: a sample of each mark and its text.
 
 use super::colour::Colour;
-use super::frame::{HALF_DIGIT, style};
-use super::layout::{Placed, SMALL_PT};
-use super::mark::{Mark, Rule, RuleAt};
+use super::layout::Placed;
+use super::mark::Mark;
 use super::markup::width_pt;
 use super::panel::Corner;
+use super::style::{self, HALF_DIGIT, HISTOGRAM_OPACITY, POINT_PT, SMALL_PT};
 use super::svg::{Anchor, Rect, Svg, number};
 
 const LINE_PT: f64 = 1.45 * SMALL_PT;
@@ -37,14 +37,14 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed) {
         let middle = y + LINE_PT * (i as f64 + 0.5);
         sample(svg, mark, (x, middle), sample_width);
         let text_at = (x + sample_width + GAP_PT, middle + HALF_DIGIT * SMALL_PT);
-        svg.text(text_at, mark.legend(), style(SMALL_PT, Anchor::Start));
+        svg.text(text_at, mark.legend(), style::text(SMALL_PT, Anchor::Start));
     }
 }
 
-/// Upright marks and points need less room than lines.
+/// Points need less room than lines.
 fn sample_width_pt(mark: &Mark) -> f64 {
     match mark {
-        Mark::Scatter(_) | Mark::ErrorBars(_) | Mark::Rule(Rule { at: RuleAt::X(_), .. }) => 5.0,
+        Mark::Scatter(_) | Mark::ErrorBars(_) => 5.0,
         _ => 16.0,
     }
 }
@@ -58,24 +58,19 @@ fn sample(svg: &mut Svg, mark: &Mark, (x, middle): (f64, f64), width: f64) {
     let centre = (x + 0.5 * width, middle);
     match mark {
         Mark::Line(line) => svg.stroked_path(&across, line.stroke),
-        Mark::Band(band) => svg.filled_rect(block, band.colour, super::draw::BAND_OPACITY),
         Mark::Scatter(scatter) => svg.disc(centre, scatter.radius_pt.max(1.6), scatter.colour, 1.0),
         Mark::ErrorBars(bars) => {
-            svg.stroked_path(&upright(0.36 * LINE_PT), super::draw::error_bar(bars.colour));
-            svg.disc(centre, super::draw::POINT_PT, bars.colour, 1.0);
+            svg.stroked_path(&upright(0.36 * LINE_PT), style::error_bar(bars.colour));
+            svg.disc(centre, POINT_PT, bars.colour, 1.0);
         }
         Mark::Histogram(steps) => {
-            svg.filled_rect(block, steps.stroke.colour, super::draw::HISTOGRAM_OPACITY);
+            svg.filled_rect(block, steps.stroke.colour, HISTOGRAM_OPACITY);
             svg.stroked_rect(block, steps.stroke);
         }
         Mark::Region(region) => {
             svg.filled_rect(block, region.stroke.colour, region.opacity);
             svg.stroked_rect(block, region.stroke);
         }
-        Mark::Rule(rule) => {
-            let path = if matches!(rule.at, RuleAt::X(_)) { upright(0.5 * LINE_PT) } else { across };
-            svg.stroked_path(&path, rule.stroke);
-        }
-        Mark::Raster(_) | Mark::Circle(_) | Mark::Text(_) => {}
+        Mark::Band(_) | Mark::Raster(_) | Mark::Circle(_) | Mark::Rule(_) | Mark::Text(_) => {}
     }
 }

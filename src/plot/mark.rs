@@ -1,7 +1,7 @@
 //! Everything a panel can show, as one closed list.
 
-use super::colour::{Colour, ColourMap, Stroke};
-use super::norm::Norm;
+use super::colour::{Colour, Stroke};
+use super::norm::ColourScale;
 use super::svg::Anchor;
 
 /// One thing drawn in a panel. Values that are not finite are left out.
@@ -42,6 +42,13 @@ pub struct Line {
     pub legend: String,
 }
 
+impl Line {
+    /// A curve that the legend does not name.
+    pub fn new(x: Vec<f64>, y: Vec<f64>, stroke: Stroke) -> Self {
+        Self { x, y, stroke, legend: String::new() }
+    }
+}
+
 /// The area between a lower and an upper curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Band {
@@ -53,8 +60,6 @@ pub struct Band {
     pub high: Vec<f64>,
     /// Colour, drawn with a quarter of full opacity.
     pub colour: Colour,
-    /// Text in the legend; empty for none.
-    pub legend: String,
 }
 
 /// Discs at points.
@@ -113,12 +118,30 @@ pub struct Raster {
     pub nx: usize,
     /// Number of rows.
     pub ny: usize,
-    /// Outer edges of the grid: left, right, bottom, top, data units.
-    pub extent: [f64; 4],
-    /// Colours.
-    pub map: ColourMap,
+    /// Outer edges of the grid.
+    pub extent: Extent,
     /// From values to colours.
-    pub norm: Norm,
+    pub colours: ColourScale,
+}
+
+/// Outer edges of a grid, data units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Left edge.
+    pub left: f64,
+    /// Right edge.
+    pub right: f64,
+    /// Bottom edge.
+    pub bottom: f64,
+    /// Top edge.
+    pub top: f64,
+}
+
+impl Extent {
+    /// A square about a point.
+    pub fn square([x, y]: [f64; 2], half_width: f64) -> Self {
+        Self { left: x - half_width, right: x + half_width, bottom: y - half_width, top: y + half_width }
+    }
 }
 
 /// Areas inside closed curves, such as the contours of a posterior.
@@ -154,8 +177,6 @@ pub struct Rule {
     pub at: RuleAt,
     /// How it is drawn.
     pub stroke: Stroke,
-    /// Text in the legend; empty for none.
-    pub legend: String,
 }
 
 /// Where a [`Rule`] lies, in data units.
@@ -210,7 +231,7 @@ impl Mark {
                 [zip(&steps.edges, &steps.counts), zip(right, &steps.counts)].concat()
             }
             Self::Raster(raster) => {
-                let [left, right, bottom, top] = raster.extent;
+                let Extent { left, right, bottom, top } = raster.extent;
                 let drawn = raster.values.iter().any(|value| value.is_finite());
                 if drawn { vec![(left, bottom), (right, top)] } else { Vec::new() }
             }
@@ -223,13 +244,11 @@ impl Mark {
     pub(super) fn legend(&self) -> &str {
         match self {
             Self::Line(line) => &line.legend,
-            Self::Band(band) => &band.legend,
             Self::Scatter(scatter) => &scatter.legend,
             Self::ErrorBars(bars) => &bars.legend,
             Self::Histogram(steps) => &steps.legend,
             Self::Region(region) => &region.legend,
-            Self::Rule(rule) => &rule.legend,
-            Self::Raster(_) | Self::Circle(_) | Self::Text(_) => "",
+            Self::Band(_) | Self::Raster(_) | Self::Circle(_) | Self::Rule(_) | Self::Text(_) => "",
         }
     }
 }

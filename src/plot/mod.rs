@@ -18,33 +18,41 @@
 //! assert!(figure.to_svg().starts_with("<svg"));
 //! ```
 
+// Text and page: the font, labels in markup, the SVG writer and the PNG renderer.
 mod colour;
-mod colour_bar;
+mod font;
+mod markup;
+mod png;
+mod svg;
+// Numbers: scales, their ticks, stretches of colours, contours and densities.
 mod contour;
 mod density;
-mod draw;
-mod embed;
+mod norm;
+mod scale;
+mod ticks;
+// The description of a figure.
 mod figure;
-pub mod figures;
-mod font;
-mod frame;
+mod mark;
+mod panel;
+// From the description to the page: what lies where, then each part drawn.
+mod axes;
+mod colour_bar;
+mod draw_marks;
 mod layout;
 mod legend;
-mod mark;
-mod markup;
-mod norm;
-mod panel;
-mod png;
-mod scale;
-mod svg;
-mod ticks;
+mod raster_picture;
+mod render;
+mod style;
+// The figures of this project.
+pub mod figures;
 
 pub use colour::{Colour, ColourMap, Dash, Stroke};
 pub use figure::Figure;
 pub use mark::{
-    Band, Circle, ErrorBars, Histogram, Line, Mark, Raster, Region, Rule, RuleAt, Scatter, Text, TextAt,
+    Band, Circle, ErrorBars, Extent, Histogram, Line, Mark, Raster, Region, Rule, RuleAt, Scatter, Text,
+    TextAt,
 };
-pub use norm::Norm;
+pub use norm::{ColourScale, Norm};
 pub use panel::{Axis, Caption, ColourBar, Corner, Panel, Side, TopAxis};
 pub use scale::{Scale, quantile};
 pub use svg::Anchor;

@@ -1,7 +1,8 @@
 //! How a raster's values become positions on its colour map.
 
-use super::scale::{Scale, Span, quantile};
-use super::ticks::{self, Direction, Ticks};
+use super::colour::ColourMap;
+use super::scale::{Direction, Scale, Span, quantile};
+use super::ticks::{self, Ticks};
 
 /// Values at the two ends of a colour map and the stretch between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +37,15 @@ pub enum Norm {
         /// Where the stretch turns from linear to logarithmic, > 0.
         softening: f64,
     },
+}
+
+/// From values to colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ColourScale {
+    /// Colours.
+    pub map: ColourMap,
+    /// From values to positions on the map.
+    pub norm: Norm,
 }
 
 impl Norm {

@@ -1,8 +1,8 @@
 //! A panel: two axes, the marks between them, and what surrounds them.
 
-use super::colour::{Colour, ColourMap};
+use super::colour::Colour;
 use super::mark::Mark;
-use super::norm::Norm;
+use super::norm::ColourScale;
 use super::scale::Scale;
 use super::svg::Anchor;
 
@@ -45,10 +45,8 @@ pub struct TopAxis {
 /// A colour bar for the rasters of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColourBar {
-    /// Colours.
-    pub map: ColourMap,
-    /// From values to colours.
-    pub norm: Norm,
+    /// From values to colours, as in the rasters.
+    pub colours: ColourScale,
     /// Label in markup, with the unit in square brackets.
     pub label: String,
     /// Where it stands.

@@ -68,6 +68,13 @@ impl Scale {
     }
 }
 
+/// Whether an axis lies or stands, and so whether its labels stand side by side or above each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Direction {
+    Horizontal,
+    Vertical,
+}
+
 /// An axis laid on the page: which value lies at which point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Span {

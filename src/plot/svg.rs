@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::colour::{Colour, Dash, Stroke};
 use super::font::FAMILY;
 use super::markup::{escape, tspans};
-use super::ticks::Direction;
+use super::scale::Direction;
 
 /// Points in a millimetre.
 pub(super) const PT_PER_MM: f64 = 72.0 / 25.4;

@@ -1,7 +1,7 @@
 //! Which values an axis marks, and how it writes them.
 
 use super::markup::width_pt;
-use super::scale::{Scale, Span};
+use super::scale::{Direction, Scale, Span};
 
 /// Ticks of one axis or colour bar.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -12,13 +12,6 @@ pub(super) struct Ticks {
     pub minor: Vec<f64>,
     /// The labels are in units of 10 to this power, which belongs into the axis label.
     pub exponent: i32,
-}
-
-/// Whether labels stand side by side or above each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Direction {
-    Horizontal,
-    Vertical,
 }
 
 impl Ticks {

@@ -13,6 +13,17 @@ use crate::plot::figures::{
     recovery_histograms, recovery_quality,
 };
 
+/// A figure of the study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedFigure {
+    /// Name of its files.
+    pub name: &'static str,
+    /// What it shows, in words.
+    pub shows: &'static str,
+    /// The figure.
+    pub figure: Figure,
+}
+
 /// All fits of a catalogue with the truths they are compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CatalogueReport {
@@ -120,19 +131,34 @@ impl CatalogueReport {
         text + "\n"
     }
 
-    /// The figures of section 3 with their names.
-    pub fn figures(&self) -> Vec<(&'static str, Figure)> {
+    /// The figures of section 3.
+    pub fn figures(&self) -> Vec<NamedFigure> {
         let data: Vec<RecoveryData> = self.models.iter().map(|model| self.recovery_data(model)).collect();
-        let mut figures = vec![("recovery", recovery(&data)), ("uncertainties", recovery_histograms(&data))];
+        let named = |name, shows, figure| NamedFigure { name, shows, figure };
+        let mut figures = vec![
+            named("recovery", "γ_LOS found against γ_LOS put in", recovery(&data)),
+            named(
+                "uncertainties",
+                "histograms of uncertainties and of residuals",
+                recovery_histograms(&data),
+            ),
+        ];
         let best = self.scores().into_iter().zip(&data).next();
         if let Some((ModelScore { quality_fit: Some(own), .. }, data)) = best {
             let legend = format!("log σ = {:.2} log Q + {:.2}", own.slope, own.intercept);
             let paper = PAPER_QUALITY_FIT;
             let lines =
                 [([own.slope, own.intercept], legend.as_str()), ([paper.slope, paper.intercept], "paper")];
-            figures.push(("quality", recovery_quality(data, &lines)));
+            let figure = recovery_quality(data, &lines);
+            figures.push(named(
+                "quality",
+                "uncertainty and residual against image quality, first model",
+                figure,
+            ));
         }
-        figures.extend(self.median_image().map(|image| ("contours", contour_figure(&self.of_image(image)))));
+        let contours = self.median_image().map(|image| contour_figure(&self.of_image(image)));
+        figures
+            .extend(contours.map(|figure| named("contours", "posteriors of the image of median Q", figure)));
         figures
     }
 

@@ -2,14 +2,15 @@
 
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use super::staged::{stage_figure, stage_json, stage_text};
+use crate::error::Result;
 use crate::inference::{Fit, ParameterSummary};
 use crate::io::{PosteriorVariable, Provenance, Staging, write_posterior};
-use crate::plot::Figure;
 use crate::plot::figures::{
     CornerData, CornerParameter, CornerPosterior, GridData, ReconstructionData, TraceParameter, corner,
     reconstruction, source_plane, trace_plot,
 };
+use crate::plot::{Extent, Figure};
 use crate::profile::light::{LightProfile, Sersic};
 
 /// What `summary.json` holds.
@@ -83,7 +84,7 @@ impl FitSummary {
 /// Stages every file of a fit under `prefix` (empty, or a folder ending in `/`).
 ///
 /// # Errors
-/// [`Error::Write`] when the disk is full.
+/// [`crate::Error::Write`] when the disk is full.
 pub fn write_fit(
     fit: &Fit,
     summary: &FitSummary,
@@ -92,14 +93,8 @@ pub fn write_fit(
     prefix: &str,
     provenance: &Provenance,
 ) -> Result<()> {
-    let text = |name: &str, text: String| {
-        staging.write(format!("{prefix}{name}"), |path| {
-            std::fs::write(path, &text).map_err(|e| Error::write(path, e))
-        })
-    };
-    let json = serde_json::to_string_pretty(summary);
-    text("summary.json", json.map_err(|e| Error::write(&staging.path("summary.json"), e))? + "\n")?;
-    text("model.toml", provenance.config_toml.clone())?;
+    stage_json(staging, &format!("{prefix}summary.json"), summary)?;
+    stage_text(staging, &format!("{prefix}model.toml"), &provenance.config_toml)?;
     let variables: Vec<PosteriorVariable> = fit
         .parameters
         .iter()
@@ -117,9 +112,7 @@ pub fn write_fit(
     staging.write(format!("{prefix}posterior.nc"), |path| {
         write_posterior(path, provenance, &variables, &fit.chains, &attributes)
     })?;
-    let figure = |name: &str, figure: Figure| {
-        staging.write(format!("{prefix}{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
-    };
+    let figure = |name: &str, figure: Figure| stage_figure(staging, &format!("{prefix}{name}"), &figure);
     figure("reconstruction", reconstruction_figure(fit))?;
     if let Some(source) = source_figure(fit) {
         figure("source", source)?;
@@ -182,18 +175,14 @@ fn truth_of(truths: &[(String, f64)], name: &str) -> Option<f64> {
 /// Data, model and residual of a fit.
 pub fn reconstruction_figure(fit: &Fit) -> Figure {
     let observation = &fit.likelihood.observation;
-    let (n, h) = (observation.grid.pixels(), observation.grid.half_width_arcsec());
-    let grid = |values: &[f64]| -> Vec<f64> { values.to_vec() };
+    let sky = observation.grid;
+    let grid = |values| GridData::square(values, sky.pixels(), sky.half_width_arcsec());
     let masked = observation.data_e_s.iter().zip(&observation.used);
     let data: Vec<f64> = masked.map(|(d, used)| if *used { *d } else { f64::NAN }).collect();
-    let (model, residual) = (grid(&fit.image.model_e_s), fit.normalised_residuals());
-    fn on(values: &[f64], n: usize, h: f64) -> GridData<'_> {
-        GridData { values, nx: n, ny: n, extent_arcsec: [-h, h, -h, h] }
-    }
     reconstruction(&ReconstructionData {
-        data: on(&data, n, h),
-        model: on(&model, n, h),
-        residual: on(&residual, n, h),
+        data: grid(&data),
+        model: grid(&fit.image.model_e_s),
+        residual: grid(&fit.normalised_residuals()),
         background_rms_e_per_s: observation.background_rms_e_s,
         chi2_reduced: fit.chi2_reduced(),
     })
@@ -215,6 +204,6 @@ fn source_figure(fit: &Fit) -> Option<Figure> {
         .collect();
     let observation = &fit.likelihood.observation;
     let faintest = observation.background_rms_e_s / observation.grid.pixel_scale_arcsec().powi(2);
-    let extent_arcsec = [x - half, x + half, y - half, y + half];
+    let extent_arcsec = Extent::square([x, y], half);
     Some(source_plane(GridData { values: &values, nx: PIXELS, ny: PIXELS, extent_arcsec }, faintest))
 }

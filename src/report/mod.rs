@@ -1,13 +1,19 @@
 //! From a finished run to what a person looks at: its folder of files and its figures.
 
 mod catalogue_report;
-mod figures;
+mod curve_figure;
+mod exposure_figure;
 mod fit_folder;
-mod lens_figure;
+mod run_figures;
 mod run_folder;
+mod staged;
+mod study_figures;
 
-pub use catalogue_report::{CatalogueReport, contour_figure};
-pub use figures::{cut_figure, draw_figures, exposure_figure, map_figures, tidal_residual_figure};
+pub use catalogue_report::{CatalogueReport, NamedFigure, contour_figure};
+pub use curve_figure::curve_figure;
+pub use exposure_figure::exposure_figure;
 pub use fit_folder::{FitSummary, corner_figure, reconstruction_figure, write_fit};
-pub use lens_figure::curve_figure;
+pub use run_figures::{draw_figures, map_figures};
 pub use run_folder::{RUN_FILE, image_file, write_run};
+pub use staged::{markdown_table, result_text, stage_figure, stage_json, stage_text};
+pub use study_figures::{cut_figure, tidal_residual_figure};

@@ -1,8 +1,9 @@
 //! The folder of a run: `run.h5`, `summary.json`, FITS images and figures.
 
-use super::figures::draw_figures;
+use super::run_figures::draw_figures;
+use super::staged::{stage_figure, stage_json, stage_text};
 use crate::config::Config;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::imaging::{Psf, SkyGrid};
 use crate::io::{ImageFile, Provenance, Staging, write_simulation};
 use crate::pipeline::{Simulation, Summary};
@@ -13,16 +14,11 @@ pub const RUN_FILE: &str = "run.h5";
 /// Stages every file of a run; nothing is seen under its final name until `staging` is committed.
 ///
 /// # Errors
-/// [`Error::Write`] when the disk is full.
+/// [`crate::Error::Write`] when the disk is full.
 pub fn write_run(run: &Simulation, psf: &Psf, staging: &Staging, provenance: &Provenance) -> Result<()> {
     staging.write(RUN_FILE, |path| write_simulation(run, path, provenance))?;
-    staging.write("summary.json", |path| {
-        let text = serde_json::to_string_pretty(&Summary::of(run)).map_err(|e| Error::write(path, e))?;
-        std::fs::write(path, text + "\n").map_err(|e| Error::write(path, e))
-    })?;
-    staging.write("config.toml", |path| {
-        std::fs::write(path, &provenance.config_toml).map_err(|e| Error::write(path, e))
-    })?;
+    stage_json(staging, "summary.json", &Summary::of(run))?;
+    stage_text(staging, "config.toml", &provenance.config_toml)?;
     for (name, view) in [("all_haloes", &run.all), ("tidal_haloes", &run.tidal)] {
         for (suffix, pixels) in
             [("", &view.exposure.noisy_e_s), ("_noise_free", &view.exposure.noise_free_e_s)]
@@ -32,7 +28,7 @@ pub fn write_run(run: &Simulation, psf: &Psf, staging: &Staging, provenance: &Pr
         }
     }
     draw_figures(&staging.path(RUN_FILE), |name, figure| {
-        staging.write(format!("figures/{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
+        stage_figure(staging, &format!("figures/{name}"), figure)
     })
 }
 

@@ -34,15 +34,6 @@ const KNOWN: &[(&str, &str)] = &[
     ("mapping/multiplane/adaptive/survey.rs", "mapping/multiplane/adaptive/tile.rs"),
     ("mapping/multiplane/segment.rs", "mapping/multiplane/line_of_sight.rs"),
     ("numerics/elementary.rs", "numerics/real.rs"),
-    ("plot/frame.rs", "plot/colour_bar.rs"),
-    ("plot/layout.rs", "plot/figure.rs"),
-    ("plot/figures/mod.rs", "plot/figures/flexion_maps.rs"),
-    ("plot/figures/mod.rs", "plot/figures/images.rs"),
-    ("plot/figures/mod.rs", "plot/figures/mosaic.rs"),
-    ("plot/figures/mod.rs", "plot/figures/reconstruction.rs"),
-    ("plot/figures/mod.rs", "plot/figures/recovery.rs"),
-    ("plot/figures/mod.rs", "plot/figures/tidal_maps.rs"),
-    ("plot/figures/mod.rs", "plot/figures/tidal_residuals.rs"),
 ];
 
 fn library() -> Arrows {

@@ -13,7 +13,7 @@ pub struct Order {
 /// The rooms, as in docs/ARCHITECTURE.md, and the parts of those rooms that have an order of their own.
 ///
 /// A folder inside such a room must be named; a file there may be, and is held by the rule on circles otherwise.
-pub const ORDERS: [Order; 5] = [
+pub const ORDERS: [Order; 7] = [
     Order {
         folder: "",
         parts: &[
@@ -45,6 +45,46 @@ pub const ORDERS: [Order; 5] = [
     Order {
         folder: "inference/sample",
         parts: &["whitening", "point", "chains", "ensemble", "nested", "nuts", "valley"],
+    },
+    Order {
+        folder: "plot",
+        parts: &[
+            "colour",
+            "font",
+            "scale",
+            "markup",
+            "svg",
+            "ticks",
+            "norm",
+            "contour",
+            "density",
+            "mark",
+            "panel",
+            "figure",
+            "style",
+            "layout",
+            "raster_picture",
+            "draw_marks",
+            "axes",
+            "colour_bar",
+            "legend",
+            "png",
+            "render",
+            "figures",
+        ],
+    },
+    Order {
+        folder: "report",
+        parts: &[
+            "page",
+            "curve_figure",
+            "exposure_figure",
+            "study_figures",
+            "catalogue_report",
+            "run_figures",
+            "run_folder",
+            "fit_folder",
+        ],
     },
 ];
 

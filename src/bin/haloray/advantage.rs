@@ -7,7 +7,11 @@ use haloray::Result;
 use haloray::inference::model::ModelDescription;
 use haloray::io::{Provenance, Staging};
 use haloray::pipeline::{Advantage, advantage};
-use haloray::report::{FitSummary, corner_figure, exposure_figure, write_fit};
+use haloray::plot::Figure;
+use haloray::report::{
+    FitSummary, corner_figure, exposure_figure, markdown_table, result_text, stage_figure, stage_text,
+    write_fit,
+};
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, SamplerArg, table, watch};
@@ -64,9 +68,7 @@ fn write(
         write_fit(fit, &summary, &study.image.truths, staging, &format!("{name}/"), &provenance)?;
         summaries.push(summary);
     }
-    let save = |name: &str, figure: haloray::plot::Figure| {
-        staging.write(format!("{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
-    };
+    let save = |name: &str, figure: Figure| stage_figure(staging, name, &figure);
     save("image", exposure_figure(&study.image.exposure, study.image.instrument.background_rms_e_s(), None))?;
     let (full, minimal) = (("full model", &study.full), ("minimal model", &study.minimal));
     let (od_and_shape, los) =
@@ -79,5 +81,43 @@ fn write(
     save("minimal_od_ellipticity", panel(&[minimal], &od_and_shape))?;
     save("minimal_los_ellipticity", panel(&[minimal], &["gamma1_los", "gamma2_los", "lens.e1", "lens.e2"]))?;
     save("los_of_both", panel(&[full, minimal], &los))?;
+    let figures =
+        [("full_os_ds", "os and ds shears of the full model"), ("los_of_both", "γ_LOS of both models")];
+    stage_text(staging, "result.md", &result_text(&comparison(&summaries, &study.image.truths), &figures))?;
     Ok(summaries)
+}
+
+/// The shears of both models beside the truth, and whether the fits have converged.
+fn comparison(summaries: &[FitSummary], truths: &[(String, f64)]) -> String {
+    let is_of_sight = |name: &str| name.starts_with("gamma") || name.starts_with("omega");
+    let mut names: Vec<&str> = Vec::new();
+    for parameter in summaries.iter().flat_map(|summary| &summary.parameters) {
+        if is_of_sight(&parameter.name) && !names.contains(&parameter.name.as_str()) {
+            names.push(&parameter.name);
+        }
+    }
+    let cell = |summary: &FitSummary, name: &str| {
+        let found = summary.parameters.iter().find(|p| p.name == name);
+        found.map_or(String::new(), |p| {
+            let derived = if p.derived { " (derived)" } else { "" };
+            format!("{:.4}, 68% in [{:.4}, {:.4}]{derived}", p.median, p.hpd68_low, p.hpd68_high)
+        })
+    };
+    let line = |name: &str, of: &dyn Fn(&FitSummary) -> String, truth: String| {
+        let models = summaries.iter().map(of);
+        [name.to_string()].into_iter().chain(models).chain([truth]).collect::<Vec<String>>()
+    };
+    let truth = |name: &str| {
+        let truth = truths.iter().find(|(own, _)| own == name);
+        truth.map_or(String::new(), |(_, value)| format!("{value:.4}"))
+    };
+    let mut lines: Vec<Vec<String>> =
+        names.iter().map(|name| line(name, &|summary| cell(summary, name), truth(name))).collect();
+    let state = |s: &FitSummary| {
+        let converged = if s.converged { "yes" } else { "no" };
+        format!("{converged}: worst R-hat {:.4}, worst ESS {:.0}", s.worst_r_hat, s.worst_ess)
+    };
+    lines.push(line("converged", &state, String::new()));
+    lines.push(line("evaluations", &|s| s.evaluations.to_string(), String::new()));
+    markdown_table(&["", "full model", "minimal model", "true"], &lines)
 }

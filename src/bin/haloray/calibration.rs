@@ -1,24 +1,25 @@
 //! `haloray study calibration`: are the posteriors right? Fits of systems drawn from their own prior.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
+use haloray::Result;
 use haloray::inference::model::{CompiledModel, FreeParameter};
 use haloray::io::{Column, Provenance, RAYS_GROUP, Staging, Table};
 use haloray::pipeline::{CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, calibrate, calibration_of};
 use haloray::plot::figures::{RankHistogram, calibration};
-use haloray::{Error, Result};
+use haloray::report::{markdown_table, result_text, stage_figure, stage_json};
 use serde::Serialize;
 
 use crate::bars::Bars;
 use crate::fit::SamplerArg;
-use crate::output::print_files;
+use crate::output::finish_study;
 
 /// Whether posteriors are right: systems drawn from a prior and fitted under it (simulation-based calibration).
 ///
 /// Draws systems from the informative prior around Table 1 in data/models/calibration.toml, makes small HST-like
 /// images, and fits each from a blind start. If all is right, the rank of the truth among draws of the posterior is
-/// uniform and 68% intervals hold it in 68% of the fits. Writes ranks.csv, summary.json and a figure.
+/// uniform and 68% intervals hold it in 68% of the fits. Writes ranks.csv, summary.json, a figure and
+/// result.md.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  haloray study calibration -n 200 -o calibration")]
 pub struct CalibrationArgs {
@@ -60,18 +61,11 @@ pub fn run(args: &CalibrationArgs, bars: &Bars) -> Result<()> {
         seed: args.seed,
         parameters: &parameters,
     };
-    staging.write("summary.json", |path| {
-        let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::write(path, e))?;
-        std::fs::write(path, json + "\n").map_err(|e| Error::write(path, e))
-    })?;
+    stage_json(&staging, "summary.json", &summary)?;
     let figure = calibration(&parameters.iter().zip(&model.free).map(histogram).collect::<Vec<_>>());
-    staging.write("calibration.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
-    let files = staging.commit()?;
-    if !bars.is_quiet() {
-        crate::print(&text(&summary));
-    }
-    print_files(&files, bars);
-    Ok(())
+    stage_figure(&staging, "calibration", &figure)?;
+    let result = result_text(&summary.table(), &[("calibration", "rank histograms and coverage")]);
+    finish_study(staging, &result, bars)
 }
 
 fn histogram((parameter, free): (&ParameterCalibration, &FreeParameter)) -> RankHistogram {
@@ -104,30 +98,24 @@ fn rank_table(model: &CompiledModel, fits: &[CalibrationFit]) -> Result<Table> {
     Table::new(columns)
 }
 
-fn text(summary: &Summary) -> String {
-    let mut text = format!(
-        "{} fits, {} converged, {} with divergences\n\n{:<18} {:>7} {:>9} {:>10} {:>11} {:>12}\n",
-        summary.fits,
-        summary.fits_converged,
-        summary.fits_with_divergences,
-        "parameter",
-        "χ²/19",
-        "p",
-        "coverage",
-        "mean pull",
-        "median sd"
-    );
-    for p in summary.parameters {
-        let _ = writeln!(
-            text,
-            "{:<18} {:>7.3} {:>9.4} {:>9.1}% {:>11.3} {:>12.5}",
-            p.name,
-            p.chi2 / (p.rank_counts.len() - 1) as f64,
-            p.p_value,
-            100.0 * p.coverage,
-            p.mean_pull,
-            p.median_standard_deviation
-        );
+impl Summary<'_> {
+    /// One line a parameter.
+    fn table(&self) -> String {
+        let line = |p: &ParameterCalibration| {
+            vec![
+                p.name.clone(),
+                format!("{:.3}", p.chi2 / (p.rank_counts.len() - 1) as f64),
+                format!("{:.4}", p.p_value),
+                format!("{:.1}%", 100.0 * p.coverage),
+                format!("{:.3}", p.mean_pull),
+                format!("{:.5}", p.median_standard_deviation),
+            ]
+        };
+        let head = ["parameter", "χ²/19", "p", "coverage of 68%", "mean pull", "median sd"];
+        let table = markdown_table(&head, &self.parameters.iter().map(line).collect::<Vec<_>>());
+        let Self { fits, fits_converged, fits_with_divergences, .. } = self;
+        format!(
+            "{fits} fits, {fits_converged} converged, {fits_with_divergences} with divergences.\n\n{table}"
+        )
     }
-    text
 }

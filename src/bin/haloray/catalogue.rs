@@ -12,7 +12,7 @@ use haloray::io::{
 };
 use haloray::mock::ShearRecovery;
 use haloray::pipeline::{CatalogueImage, CatalogueSettings, fit_catalogue};
-use haloray::report::CatalogueReport;
+use haloray::report::{CatalogueReport, result_text};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -194,10 +194,13 @@ fn write(report: &CatalogueReport, output: &Path, provenance: &Provenance) -> Re
         Ok::<(), Error>(())
     };
     text("table.md", report.markdown())?;
+    let figures = report.figures();
+    let shown: Vec<(&str, &str)> = figures.iter().map(|figure| (figure.name, figure.shows)).collect();
+    text("result.md", result_text(&report.markdown(), &shown))?;
     let json = serde_json::to_string_pretty(&report.scores()).map_err(|e| Error::write(output, e))?;
     text("scores.json", json + "\n")?;
-    for (name, figure) in report.figures() {
-        files.extend(figure.save(&output.join(name))?);
+    for named in figures {
+        files.extend(named.figure.save(&output.join(named.name))?);
     }
     Ok(files)
 }

@@ -6,17 +6,17 @@ use haloray::Result;
 use haloray::error::require;
 use haloray::io::{Column, RAYS_GROUP, Staging, Table};
 use haloray::pipeline::{CutRow, cut_study};
-use haloray::report::cut_figure;
+use haloray::report::{cut_figure, markdown_table, result_text, stage_figure};
 
 use crate::bars::Bars;
-use crate::output::print_files;
+use crate::output::finish_study;
 use crate::settings::{Settings, Tracing, provenance, psf};
 use crate::summary::grouped;
 
 /// What the shear cut does to κ, γ, F, Δ and the image of one line of sight.
 ///
 /// The haloes are drawn once, at the loosest cut, and those of smaller point-lens shear on the axis left out step by
-/// step. Writes cut.csv and a figure.
+/// step. Writes cut.csv, a figure and result.md.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  haloray study cut -o cut\n  haloray study cut --cuts 1e-6,1e-7,0 -o uncut    # all ten million, minutes"
@@ -47,13 +47,9 @@ pub fn run(args: &CutArgs, bars: &Bars) -> Result<()> {
     let table = table(&rows)?;
     staging.write("cut.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
     let figure = cut_figure(&rows);
-    staging.write("cut.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
-    let files = staging.commit()?;
-    if !bars.is_quiet() {
-        crate::print(&text(&rows));
-    }
-    print_files(&files, bars);
-    Ok(())
+    stage_figure(&staging, "cut", &figure)?;
+    let shows = "changes of κ, γ, F, Δ and of the image against the cut";
+    finish_study(staging, &result_text(&summary(&rows), &[("cut", shows)]), bars)
 }
 
 fn largest(row: &CutRow) -> f64 {
@@ -86,23 +82,17 @@ fn table(rows: &[CutRow]) -> Result<Table> {
     ])
 }
 
-fn text(rows: &[CutRow]) -> String {
-    let mut text = String::from(
-        "cut          haloes   κ_os      γ1_os     γ2_os     Δ_tot     image − that of the last line: largest/σ, χ²\n",
-    );
-    for row in rows {
+/// One line a cut; the image is compared with that of the last.
+fn summary(rows: &[CutRow]) -> String {
+    let line = |row: &CutRow| {
         let q = row.view.quantities();
-        text += &format!(
-            "{:<8.0e} {:>10}   {:+.5}  {:+.5}  {:+.5}  {:.5}   {:.2e}  {:.2e}\n",
-            row.min_point_shear,
-            grouped(row.view.number_of_haloes as f64),
-            q.get("kappa_os"),
-            q.get("gamma1_os"),
-            q.get("gamma2_os"),
-            q.get("delta_tot"),
-            largest(row),
-            row.image_chi_squared()
-        );
-    }
-    text
+        let signed = ["kappa_os", "gamma1_os", "gamma2_os"].map(|name| format!("{:+.4}", q.get(name)));
+        let cut = [format!("{:.0e}", row.min_point_shear), grouped(row.view.number_of_haloes as f64)];
+        let delta = format!("{:.3}", q.get("delta_tot"));
+        let image = [format!("{:.2e}", largest(row)), format!("{:.2e}", row.image_chi_squared())];
+        cut.into_iter().chain(signed).chain([delta]).chain(image).collect()
+    };
+    let head =
+        ["cut", "haloes", "κ_os", "γ1_os", "γ2_os", "Δ_tot", "largest pixel over noise", "χ² of the image"];
+    markdown_table(&head, &rows.iter().map(line).collect::<Vec<_>>())
 }

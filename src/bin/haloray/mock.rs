@@ -133,7 +133,7 @@ fn write_images(
         .map(|(image, name)| {
             let (n, half) = (image.exposure.grid.pixels(), image.exposure.grid.half_width_arcsec());
             let values = &image.exposure.noisy_e_s;
-            let grid = GridData { values, nx: n, ny: n, extent_arcsec: [-half, half, -half, half] };
+            let grid = GridData::square(values, n, half);
             MosaicImage { image: grid, background_rms_e_per_s: instrument.background_rms_e_s(), name }
         })
         .collect();

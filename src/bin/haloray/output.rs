@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use haloray::io::{Staging, check_writable};
+use haloray::report::stage_text;
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -35,6 +36,17 @@ impl Output {
         }
         Ok(Self::Folder(Staging::begin(path)?))
     }
+}
+
+/// Stages the result of a study beside its other files, commits its folder and prints what there is.
+pub fn finish_study(staging: Staging, result: &str, bars: &Bars) -> Result<()> {
+    stage_text(&staging, "result.md", result)?;
+    let files = staging.commit()?;
+    if !bars.is_quiet() {
+        crate::print(result);
+    }
+    print_files(&files, bars);
+    Ok(())
 }
 
 /// Lists the files written, one a line.

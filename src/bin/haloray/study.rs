@@ -6,12 +6,12 @@ use clap::Subcommand;
 use haloray::Result;
 use haloray::io::{Column, RAYS_GROUP, Staging, Table};
 use haloray::pipeline::{ImageResidual, TidalResidual, rms, tidal_study};
-use haloray::report::tidal_residual_figure;
+use haloray::report::{markdown_table, result_text, stage_figure, tidal_residual_figure};
 
 use crate::advantage::{self, AdvantageArgs};
 use crate::bars::Bars;
 use crate::fit::Outcome;
-use crate::output::print_files;
+use crate::output::finish_study;
 use crate::settings::{Settings, provenance};
 
 /// Experiments over many sightlines.
@@ -34,7 +34,7 @@ enum Study {
 ///
 /// For each sightline the rays of the [maps] grid are traced through haloes and main lens and compared with the full
 /// tidal model and the flexion model whose tensors are those of the axis ray; nothing is fitted. Rays within 0.4
-/// Einstein radii of the lens centre are left out. Writes residuals.csv and a figure.
+/// Einstein radii of the lens centre are left out. Writes residuals.csv, a figure and result.md.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  haloray study tidal -n 100 -o tidal_study")]
 struct TidalArgs {
@@ -69,13 +69,9 @@ fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     let table = residual_table(&rows)?;
     staging.write("residuals.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
     let figure = tidal_residual_figure(&config, &rows)?;
-    staging.write("tidal_residuals.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
-    let files = staging.commit()?;
-    if !bars.is_quiet() {
-        crate::print(&summary(&rows));
-    }
-    print_files(&files, bars);
-    Ok(())
+    stage_figure(&staging, "tidal_residuals", &figure)?;
+    let shows = "residuals in β and in the image of the first sightline, and the rms and χ² of all";
+    finish_study(staging, &result_text(&summary(&rows), &[("tidal_residuals", shows)]), bars)
 }
 
 fn largest(values: &[f64]) -> f64 {
@@ -107,25 +103,29 @@ fn residual_table(rows: &[TidalResidual]) -> Result<Table> {
     ])
 }
 
-/// Quartiles over the sightlines, as lines of text.
+/// Quantiles over the sightlines of what is left of β and of the image.
 fn summary(rows: &[TidalResidual]) -> String {
-    let line = |name: &str, values: Vec<f64>| {
-        let mut sorted = values;
+    let line = |name: &str, value: &dyn Fn(&TidalResidual) -> f64| -> Vec<String> {
+        let mut sorted: Vec<f64> = rows.iter().map(value).collect();
         sorted.sort_by(f64::total_cmp);
         let at = |fraction: f64| sorted[((sorted.len() - 1) as f64 * fraction).round() as usize];
-        format!("{name:<28} {:.2e}  {:.2e}  {:.2e}  {:.2e}\n", at(0.16), at(0.5), at(0.84), at(1.0))
+        let quantiles = [0.16, 0.5, 0.84, 1.0].map(|fraction| format!("{:.2e}", at(fraction)));
+        [name.to_string()].into_iter().chain(quantiles).collect()
     };
-    let image = |value: &dyn Fn(&TidalResidual) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
-    format!(
-        "residual in β, arcsec        16%       median    84%       largest   ({} sightlines)\n",
-        rows.len()
-    ) + &line("tidal model, rms", rows.iter().map(|r| rms(&r.tidal_arcsec)).collect())
-        + &line("tidal model, largest", rows.iter().map(|r| largest(&r.tidal_arcsec)).collect())
-        + &line("flexion model, rms", rows.iter().map(|r| rms(&r.flexion_arcsec)).collect())
-        + &line("flexion model, largest", rows.iter().map(|r| largest(&r.flexion_arcsec)).collect())
-        + "residual in the image\n"
-        + &line("tidal model, largest/noise", image(&|r| largest_size(&r.image.tidal_over_noise)))
-        + &line("tidal model, chi2", image(&|r| ImageResidual::chi_squared(&r.image.tidal_over_noise)))
-        + &line("flexion model, largest/noise", image(&|r| largest_size(&r.image.flexion_over_noise)))
-        + &line("flexion model, chi2", image(&|r| ImageResidual::chi_squared(&r.image.flexion_over_noise)))
+    let rays = [
+        line("tidal model, rms over the field", &|r| rms(&r.tidal_arcsec)),
+        line("tidal model, largest in the field", &|r| largest(&r.tidal_arcsec)),
+        line("flexion model, rms over the field", &|r| rms(&r.flexion_arcsec)),
+        line("flexion model, largest in the field", &|r| largest(&r.flexion_arcsec)),
+    ];
+    let image = [
+        line("tidal model, largest pixel over noise", &|r| largest_size(&r.image.tidal_over_noise)),
+        line("tidal model, χ²", &|r| ImageResidual::chi_squared(&r.image.tidal_over_noise)),
+        line("flexion model, largest pixel over noise", &|r| largest_size(&r.image.flexion_over_noise)),
+        line("flexion model, χ²", &|r| ImageResidual::chi_squared(&r.image.flexion_over_noise)),
+    ];
+    let table =
+        |what: &str, lines: &[Vec<String>]| markdown_table(&[what, "16%", "median", "84%", "largest"], lines);
+    let (rays, image) = (table("residual in β, arcsec", &rays), table("difference of the images", &image));
+    format!("{} sightlines.\n\n{rays}\n{image}", rows.len())
 }

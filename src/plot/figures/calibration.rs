@@ -39,7 +39,6 @@ fn rank_panel(parameter: &RankHistogram, tallest: f64, is_first: bool) -> Panel 
         low: vec![(mean - 3.0 * sd).max(0.0); 2],
         high: vec![mean + 3.0 * sd; 2],
         colour: Colour::GREY,
-        legend: String::new(),
     };
     let steps = Histogram {
         edges: (0..=parameter.counts.len()).map(|i| i as f64 / bins).collect(),
@@ -71,7 +70,6 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
         low: vec![COVERAGE - COVERAGE_TOLERANCE; 2],
         high: vec![COVERAGE + COVERAGE_TOLERANCE; 2],
         colour: Colour::GREY,
-        legend: String::new(),
     };
     let dots = Scatter {
         x: (1..=parameters.len()).map(|i| i as f64).collect(),
@@ -81,8 +79,7 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
         opacity: 1.0,
         legend: String::new(),
     };
-    let line =
-        Rule { at: RuleAt::Y(COVERAGE), stroke: Stroke::dashed(Colour::BLACK, 0.8), legend: String::new() };
+    let line = Rule { at: RuleAt::Y(COVERAGE), stroke: Stroke::dashed(Colour::BLACK, 0.8) };
     let x = Axis { limits: Some((0.0, n + 1.0)), ..Axis::linear("number of the panel") };
     let y = Axis { limits: Some((0.4, 1.0)), ..Axis::linear("share of the fits") };
     let text = "coverage of 68% intervals".into();

@@ -128,8 +128,7 @@ fn curve(data: &CornerData, parameter: usize) -> Panel {
             opacity: 0.5 * OPACITIES[1],
             legend: String::new(),
         }));
-        let stroke = Stroke::solid(colour, 1.0);
-        panel.marks.push(Mark::Line(Line { x, y, stroke, legend: String::new() }));
+        panel.marks.push(Mark::Line(Line::new(x, y, Stroke::solid(colour, 1.0))));
         // Wide captions grow into the empty upper triangle, or to the left where that ends.
         let is_left = 2 * parameter < data.parameters.len();
         let anchor = if is_left { Anchor::Start } else { Anchor::End };
@@ -168,8 +167,7 @@ fn pair(data: &CornerData, x: usize, y: usize) -> Panel {
 /// The line of the truth.
 fn truth(data: &CornerData, parameter: usize, at: impl Fn(f64) -> RuleAt) -> Option<Mark> {
     let truth = data.parameters[parameter].truth?;
-    let stroke = Stroke::dashed(Colour::BLACK, 0.6);
-    Some(Mark::Rule(Rule { at: at(truth), stroke, legend: String::new() }))
+    Some(Mark::Rule(Rule { at: at(truth), stroke: Stroke::dashed(Colour::BLACK, 0.6) }))
 }
 
 /// Samples for the legend, without anything drawn; one posterior alone needs none.

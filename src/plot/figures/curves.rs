@@ -74,7 +74,7 @@ fn line(points: &[[f64; 2]], curve: &CurveData, colour: Colour) -> Line {
     let again = curve.closed.then(|| points.first()).flatten();
     let all = || points.iter().chain(again);
     let stroke = if curve.radial { Stroke::dashed(colour, 0.9) } else { Stroke::solid(colour, 0.9) };
-    Line { x: all().map(|p| p[0]).collect(), y: all().map(|p| p[1]).collect(), stroke, legend: String::new() }
+    Line::new(all().map(|p| p[0]).collect(), all().map(|p| p[1]).collect(), stroke)
 }
 
 /// Colours and legend entries: tangential blue and solid, radial orange and dashed.

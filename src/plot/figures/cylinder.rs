@@ -75,7 +75,7 @@ fn plane(distance_cmpc: f64, name: &str, anchor: Anchor) -> [Mark; 2] {
     let aside = if anchor == Anchor::Start { format!(" {name}") } else { format!("{name} ") };
     let (at, colour, halo) = (TextAt::DataFraction(distance_cmpc, 0.06), Colour::BLACK, Some(Colour::WHITE));
     [
-        Mark::Rule(Rule { at: RuleAt::X(distance_cmpc), stroke, legend: String::new() }),
+        Mark::Rule(Rule { at: RuleAt::X(distance_cmpc), stroke }),
         Mark::Text(Text { at, text: aside, anchor, colour, halo }),
     ]
 }

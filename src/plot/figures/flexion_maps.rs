@@ -1,6 +1,6 @@
 //! Maps of the flexions |F| and |G| and of Δ over the field of the image.
 
-use super::{GridData, map_row};
+use super::grid::{GridData, map_row};
 use crate::plot::{ColourMap, Figure, Norm};
 
 /// What the figure shows.
@@ -27,7 +27,7 @@ pub fn flexion_maps(data: &FlexionMapsData) -> Figure {
         (data.delta, ColourMap::Magma, "Δ"),
     ];
     let maps = maps.map(|(grid, map, label)| (grid, map, Norm::log_of(grid.values, COVERAGE), label));
-    map_row("Flexion of the line of sight", maps.into(), data.einstein_radius_arcsec)
+    map_row("Flexion of the line of sight", maps, data.einstein_radius_arcsec)
 }
 
 #[cfg(test)]
@@ -36,12 +36,7 @@ mod tests {
 
     #[test]
     fn the_colour_bars_carry_units() {
-        let grid = GridData {
-            values: &[1e-4, 1e-2, 0.0, -1.0],
-            nx: 2,
-            ny: 2,
-            extent_arcsec: [-1.0, 1.0, -1.0, 1.0],
-        };
+        let grid = GridData::square(&[1e-4, 1e-2, 0.0, -1.0], 2, 1.0);
         let data = FlexionMapsData {
             f_per_arcsec: grid,
             g_per_arcsec: grid,

@@ -24,7 +24,7 @@ const BINS_PER_DECADE: f64 = 8.0;
 pub fn histograms(data: &HaloEffects) -> Figure {
     let stroke = Stroke::dashed(Colour::BLACK, 0.9);
     let threshold = [
-        Mark::Rule(Rule { at: RuleAt::X(data.delta_threshold), stroke, legend: String::new() }),
+        Mark::Rule(Rule { at: RuleAt::X(data.delta_threshold), stroke }),
         Mark::Text(Text {
             at: TextAt::DataFraction(data.delta_threshold, 0.93),
             text: format!("  Δ_{{h}} = {}", data.delta_threshold),

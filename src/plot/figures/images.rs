@@ -1,7 +1,10 @@
 //! The lensed image with all haloes, without the rough ones, and the difference; noise-free and noisy.
 
-use super::{GridData, caption};
-use crate::plot::{Colour, ColourBar, ColourMap, Figure, Norm, Panel, Side, quantile};
+use super::grid::{GridData, caption};
+use crate::plot::{ColourBar, ColourMap, ColourScale, Figure, Norm, Panel, Side, quantile};
+
+/// Label of the bar of images.
+pub(super) const FLUX: &str = "flux [e^{−} s^{−1} pixel^{−1}]";
 
 /// Two images of one scene and their difference, all in e⁻ s⁻¹ per pixel.
 #[derive(Debug, Clone, Copy)]
@@ -32,28 +35,25 @@ pub fn images(data: &ImagesData) -> Figure {
     let rows = [(data.noise_free, "noise-free"), (data.noisy, "with noise")];
     let without = format!("without Δ_{{h}} ≥ {}", data.delta_threshold);
     let brightest = [data.noise_free.all_haloes, data.noise_free.without_rough];
-    let stretch = image_norm(&brightest, data.background_rms_e_per_s);
-    let change = Norm::symmetric_about(0.0, &largest_differences(data), 1.0);
-    let unit = "[e^{−} s^{−1} pixel^{−1}]";
+    let stretch = image_colours(&brightest, data.background_rms_e_per_s);
+    let norm = Norm::symmetric_about(0.0, &largest_differences(data), 1.0);
+    let change = ColourScale { map: ColourMap::Diverging, norm };
 
     let mut panels: Vec<Panel> = Vec::new();
     for (row, row_name) in rows {
         let columns = [
-            (row.all_haloes, ColourMap::Inferno, stretch, "all haloes"),
-            (row.without_rough, ColourMap::Inferno, stretch, without.as_str()),
-            (row.difference, ColourMap::Diverging, change, "difference"),
+            (row.all_haloes, stretch, "all haloes"),
+            (row.without_rough, stretch, without.as_str()),
+            (row.difference, change, "difference"),
         ];
         let first = panels.is_empty();
-        for (column, (grid, map, norm, name)) in columns.into_iter().enumerate() {
-            let mut panel = grid.panel(map, norm, column);
-            let dark = map != ColourMap::Diverging;
-            panel.marks.extend([caption(name, (0.05, 0.93), dark), caption(row_name, (0.05, 0.07), dark)]);
-            if dark {
-                panel.tick_colour = Colour::WHITE;
-            }
+        for (column, (grid, colours, name)) in columns.into_iter().enumerate() {
+            let mut panel = grid.panel(colours, column);
+            let written = [(name, 0.93), (row_name, 0.07)];
+            panel.marks.extend(written.map(|(text, y)| caption(text, (0.05, y), colours.map)));
             if first {
                 (panel.x.label, panel.x.tick_labels) = (String::new(), false);
-                panel.colour_bar = bar(column, map, norm, unit);
+                panel.colour_bar = bar(column, colours);
             }
             panels.push(panel);
         }
@@ -80,16 +80,10 @@ pub struct ImagePairData<'a> {
 
 /// Draws one exposure before and with noise over the full page, in one stretch.
 pub fn image_pair(data: &ImagePairData) -> Figure {
-    let norm = image_norm(&[data.noise_free], data.background_rms_e_per_s);
+    let colours = image_colours(&[data.noise_free], data.background_rms_e_per_s);
     let panel = |column: usize, (grid, name): (GridData, &str)| {
-        let mut panel = grid.panel(ColourMap::Inferno, norm, column);
-        panel.marks.push(caption(name, (0.05, 0.93), true));
-        panel.tick_colour = Colour::WHITE;
-        if column == 0 {
-            let label = "flux [e^{−} s^{−1} pixel^{−1}]".into();
-            panel.colour_bar =
-                Some(ColourBar { map: ColourMap::Inferno, norm, label, side: Side::TopOver(2) });
-        }
+        let mut panel = Panel { colour_bar: bar(column, colours), ..grid.panel(colours, column) };
+        panel.marks.push(caption(name, (0.05, 0.93), colours.map));
         panel
     };
     let columns = [(data.noise_free, "noise-free"), (data.noisy, "with noise")];
@@ -98,21 +92,22 @@ pub fn image_pair(data: &ImagePairData) -> Figure {
 }
 
 /// The bar over the two image columns, and that over the differences.
-fn bar(column: usize, map: ColourMap, norm: Norm, unit: &str) -> Option<ColourBar> {
+fn bar(column: usize, colours: ColourScale) -> Option<ColourBar> {
     let (label, side) = match column {
-        0 => (format!("flux {unit}"), Side::TopOver(2)),
-        2 => (format!("difference {unit}"), Side::Top),
+        0 => (FLUX.into(), Side::TopOver(2)),
+        2 => (FLUX.replace("flux", "difference"), Side::Top),
         _ => return None,
     };
-    Some(ColourBar { map, norm, label, side })
+    Some(ColourBar { colours, label, side })
 }
 
-/// An asinh stretch from just below the background to the brightest of the pixels given.
-pub(super) fn image_norm(grids: &[GridData], background_rms_e_per_s: f64) -> Norm {
+/// Inferno in an asinh stretch from just below the background to the brightest of the pixels given.
+pub(super) fn image_colours(grids: &[GridData], background_rms_e_per_s: f64) -> ColourScale {
     let brightest = grids.iter().filter_map(|grid| quantile(grid.values, 1.0)).fold(f64::MIN, f64::max);
     let high = if brightest > 0.0 { brightest } else { 1.0 };
     let softening = if background_rms_e_per_s > 0.0 { background_rms_e_per_s } else { 0.01 * high };
-    Norm::Asinh { low: -2.0 * softening, high, softening }
+    let norm = Norm::Asinh { low: -2.0 * softening, high, softening };
+    ColourScale { map: ColourMap::Inferno, norm }
 }
 
 /// Robust extremes of both difference images.
@@ -130,7 +125,7 @@ mod tests {
     use super::*;
 
     fn row(values: &[f64]) -> ImageRow<'_> {
-        let grid = GridData { values, nx: 2, ny: 2, extent_arcsec: [-1.0, 1.0, -1.0, 1.0] };
+        let grid = GridData::square(values, 2, 1.0);
         ImageRow { all_haloes: grid, without_rough: grid, difference: grid }
     }
 
@@ -147,7 +142,8 @@ mod tests {
         assert_eq!(figure.panels.len(), 6);
         assert_eq!(figure.panels.iter().filter(|panel| panel.colour_bar.is_some()).count(), 2);
         let brightest = [data.noise_free.all_haloes];
-        assert_eq!(image_norm(&brightest, 0.006), Norm::Asinh { low: -0.012, high: 0.3, softening: 0.006 });
+        let norm = Norm::Asinh { low: -0.012, high: 0.3, softening: 0.006 };
+        assert_eq!(image_colours(&brightest, 0.006), ColourScale { map: ColourMap::Inferno, norm });
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! All images of a catalogue in one figure.
 
-use super::{GridData, caption, images::image_norm};
-use crate::plot::{Axis, ColourMap, Figure, Mark, Panel, Raster};
+use super::grid::{GridData, caption};
+use super::images::image_colours;
+use crate::plot::{Axis, ColourMap, Extent, Figure, Panel};
 
 /// One image and what is written in it.
 #[derive(Debug, Clone, Copy)]
@@ -17,17 +18,10 @@ pub struct MosaicImage<'a> {
 /// Draws the images in rows of `columns`, each filling its panel, each with a stretch of its own.
 pub fn mosaic(images: &[MosaicImage], columns: usize) -> Figure {
     let panels = images.iter().map(|one| {
-        let [left, right, bottom, top] = one.image.extent_arcsec;
+        let Extent { left, right, bottom, top } = one.image.extent_arcsec;
         let bare = |low, high| Axis { limits: Some((low, high)), tick_labels: false, ..Axis::linear("") };
-        let raster = Raster {
-            values: one.image.values.to_vec(),
-            nx: one.image.nx,
-            ny: one.image.ny,
-            extent: one.image.extent_arcsec,
-            map: ColourMap::Inferno,
-            norm: image_norm(&[one.image], one.background_rms_e_per_s),
-        };
-        let marks = vec![Mark::Raster(raster), caption(one.name, (0.06, 0.9), true)];
+        let colours = image_colours(&[one.image], one.background_rms_e_per_s);
+        let marks = vec![one.image.raster(colours), caption(one.name, (0.06, 0.9), ColourMap::Inferno)];
         Panel { marks, ..Panel::new(bare(left, right), bare(bottom, top)) }
     });
     Figure {
@@ -44,8 +38,7 @@ mod tests {
 
     #[test]
     fn every_image_has_its_panel() {
-        let grid =
-            GridData { values: &[0.1, 0.2, 0.3, 1.0], nx: 2, ny: 2, extent_arcsec: [-1.0, 1.0, -1.0, 1.0] };
+        let grid = GridData::square(&[0.1, 0.2, 0.3, 1.0], 2, 1.0);
         let one = MosaicImage { image: grid, background_rms_e_per_s: 0.006, name: "7" };
         let figure = mosaic(&[one; 5], 3);
         assert_eq!((figure.panels.len(), figure.columns), (5, 3));

@@ -1,8 +1,8 @@
 //! Data, model and normalised residual of a fit side by side, and the source that the fit found.
 
-use super::images::image_norm;
-use super::{GridData, caption};
-use crate::plot::{Colour, ColourBar, ColourMap, Figure, Norm, Side};
+use super::grid::{GridData, caption};
+use super::images::{FLUX, image_colours};
+use crate::plot::{ColourMap, ColourScale, Figure, Norm, Side};
 
 /// What the figure shows, all on the grid of the image.
 #[derive(Debug, Clone, Copy)]
@@ -24,25 +24,17 @@ const LARGEST_RESIDUAL_SIGMA: f64 = 5.0;
 
 /// Draws the three images over the full page.
 pub fn reconstruction(data: &ReconstructionData) -> Figure {
-    let stretch = image_norm(&[data.data, data.model], data.background_rms_e_per_s);
-    let sigma = Norm::Symmetric { centre: 0.0, half_width: LARGEST_RESIDUAL_SIGMA };
+    let stretch = image_colours(&[data.data, data.model], data.background_rms_e_per_s);
+    let norm = Norm::Symmetric { centre: 0.0, half_width: LARGEST_RESIDUAL_SIGMA };
+    let sigma = ColourScale { map: ColourMap::Diverging, norm };
     let chi2 = format!("χ^{{2}}/dof = {:.3}", data.chi2_reduced);
     let columns = [
-        (data.data, ColourMap::Inferno, stretch, "data"),
-        (data.model, ColourMap::Inferno, stretch, "model"),
-        (data.residual, ColourMap::Diverging, sigma, chi2.as_str()),
+        (data.data.panel_with_bar(stretch, 0, FLUX, Side::TopOver(2)), stretch, "data"),
+        (data.model.panel(stretch, 1), stretch, "model"),
+        (data.residual.panel_with_bar(sigma, 2, "(data − model)/σ", Side::Top), sigma, chi2.as_str()),
     ];
-    let panels = columns.into_iter().enumerate().map(|(column, (grid, map, norm, name))| {
-        let mut panel = grid.panel(map, norm, column);
-        let dark = map != ColourMap::Diverging;
-        panel.marks.push(caption(name, (0.05, 0.93), dark));
-        panel.tick_colour = if dark { Colour::WHITE } else { Colour::BLACK };
-        let bar = match column {
-            0 => Some(("flux [e^{−} s^{−1} pixel^{−1}]", Side::TopOver(2))),
-            2 => Some(("(data − model)/σ", Side::Top)),
-            _ => None,
-        };
-        panel.colour_bar = bar.map(|(label, side)| ColourBar { map, norm, label: label.into(), side });
+    let panels = columns.into_iter().map(|(mut panel, colours, name)| {
+        panel.marks.push(caption(name, (0.05, 0.93), colours.map));
         panel
     });
     let panels = panels.collect();
@@ -51,13 +43,10 @@ pub fn reconstruction(data: &ReconstructionData) -> Figure {
 
 /// Draws the source plane of the best fit.
 pub fn source_plane(source: GridData, faintest_e_per_s_arcsec2: f64) -> Figure {
-    let norm = image_norm(&[source], faintest_e_per_s_arcsec2);
-    let mut panel = source.panel(ColourMap::Inferno, norm, 0);
-    panel.tick_colour = Colour::WHITE;
+    let colours = image_colours(&[source], faintest_e_per_s_arcsec2);
+    let label = "source [e^{−} s^{−1} arcsec^{−2}]";
+    let mut panel = source.panel_with_bar(colours, 0, label, Side::Top);
     panel.x.label = "β_{x} [arcsec]".into();
     panel.y.label = "β_{y} [arcsec]".into();
-    let label = "source [e^{−} s^{−1} arcsec^{−2}]".into();
-    panel.colour_bar = Some(ColourBar { map: ColourMap::Inferno, norm, label, side: Side::Top });
-    let figure = Figure::full_width("Source plane");
-    Figure { width_mm: 84.0, panel_aspect: source.aspect(), panels: vec![panel], ..figure }
+    Figure { panel_aspect: source.aspect(), panels: vec![panel], ..Figure::one_column("Source plane") }
 }

@@ -1,8 +1,9 @@
 //! What fits of a catalogue recover: input against output shear, uncertainties, residuals, and their dependence on quality.
 
+use super::grid::caption;
 use crate::plot::{
-    Axis, Colour, ColourBar, ColourMap, Corner, ErrorBars, Figure, Histogram, Line, Mark, Norm, Panel,
-    Scatter, Side, Stroke,
+    Axis, Colour, ColourBar, ColourMap, ColourScale, Corner, ErrorBars, Figure, Histogram, Line, Mark, Norm,
+    Panel, Scatter, Side, Stroke,
 };
 
 /// One fit as the figures need it.
@@ -52,12 +53,8 @@ fn recovery_panel(model: &RecoveryData, component: usize, norm: Norm, with_bar: 
     let map = ColourMap::Viridis;
     let inputs = || model.points.iter().map(|p| p.input[component]);
     let reach = 1.15 * inputs().map(f64::abs).fold(0.01, f64::max);
-    let mut marks = vec![Mark::Line(Line {
-        x: vec![-reach, reach],
-        y: vec![-reach, reach],
-        stroke: Stroke::dashed(Colour::GREY, 0.8),
-        legend: String::new(),
-    })];
+    let (ends, stroke) = (vec![-reach, reach], Stroke::dashed(Colour::GREY, 0.8));
+    let mut marks = vec![Mark::Line(Line::new(ends.clone(), ends, stroke))];
     for p in &model.points {
         let colour = norm.position(p.log_quality).map_or(Colour::GREY, |t| map.at(t));
         marks.push(Mark::ErrorBars(ErrorBars {
@@ -72,9 +69,10 @@ fn recovery_panel(model: &RecoveryData, component: usize, norm: Norm, with_bar: 
     let label = |side: &str| format!("γ_{{{}}}^{{LOS, {side}}}", component + 1);
     let x = Axis { limits: Some((-reach, reach)), ..Axis::linear(&label("in")) };
     let y = Axis { limits: Some((-1.6 * reach, 1.6 * reach)), ..Axis::linear(&label("out")) };
-    let bar = ColourBar { map, norm, label: "log_{10} Q".into(), side: Side::TopOver(2) };
-    let name = super::caption(&model.model, (0.05, 0.92), false);
-    marks.push(name);
+    let colours = ColourScale { map, norm };
+    let bar = ColourBar { colours, label: "log_{10} Q".into(), side: Side::TopOver(2) };
+    // On the white of the page, as on a light map.
+    marks.push(caption(&model.model, (0.05, 0.92), ColourMap::Diverging));
     Panel { marks, colour_bar: with_bar.then_some(bar), ..Panel::new(x, y) }
 }
 
@@ -175,13 +173,13 @@ mod tests {
         models[0].points.push(best);
         let panel = &recovery(&models).panels[0];
         let bar = panel.colour_bar.as_ref().unwrap();
-        assert_eq!(bar.norm.limits(), (3.5, 4.5));
+        assert_eq!(bar.colours.norm.limits(), (3.5, 4.5));
         let colours: Vec<Colour> = panel
             .marks
             .iter()
             .filter_map(|mark| if let Mark::ErrorBars(bars) = mark { Some(bars.colour) } else { None })
             .collect();
-        assert_eq!(colours, [bar.map.at(0.0), Colour::GREY, bar.map.at(1.0)]);
+        assert_eq!(colours, [bar.colours.map.at(0.0), Colour::GREY, bar.colours.map.at(1.0)]);
     }
 
     #[test]

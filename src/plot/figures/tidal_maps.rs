@@ -1,6 +1,6 @@
 //! Maps of convergence and shear over the field of the image.
 
-use super::{GridData, map_row};
+use super::grid::{GridData, map_row};
 use crate::plot::{ColourMap, Figure, Norm};
 
 /// What the figure shows.
@@ -23,12 +23,13 @@ const COVERAGE: f64 = 0.98;
 
 /// Draws κ, γ1 and γ2 side by side over the full page.
 pub fn tidal_maps(data: &TidalMapsData) -> Figure {
-    let grids = [data.convergence, data.gamma1, data.gamma2];
+    let [kappa, gamma1, gamma2] = data.centre;
     let maps =
-        grids.into_iter().zip(data.centre).zip(["κ", "γ_{1}", "γ_{2}"]).map(|((grid, centre), label)| {
-            (grid, ColourMap::Diverging, Norm::symmetric_about(centre, grid.values, COVERAGE), label)
-        });
-    map_row("Convergence and shear of the line of sight", maps.collect(), data.einstein_radius_arcsec)
+        [(data.convergence, kappa, "κ"), (data.gamma1, gamma1, "γ_{1}"), (data.gamma2, gamma2, "γ_{2}")];
+    let maps = maps.map(|(grid, centre, label)| {
+        (grid, ColourMap::Diverging, Norm::symmetric_about(centre, grid.values, COVERAGE), label)
+    });
+    map_row("Convergence and shear of the line of sight", maps, data.einstein_radius_arcsec)
 }
 
 #[cfg(test)]
@@ -37,8 +38,8 @@ mod tests {
 
     #[test]
     fn nan_and_missing_pixels_stay_blank() {
-        let grid = GridData { values: &[f64::NAN, 1.0], nx: 2, ny: 2, extent_arcsec: [-1.0, 1.0, -1.0, 1.0] };
-        let empty = GridData { values: &[], nx: 0, ny: 0, extent_arcsec: [0.0; 4] };
+        let grid = GridData::square(&[f64::NAN, 1.0], 2, 1.0);
+        let empty = GridData::square(&[], 0, 0.0);
         let data = TidalMapsData {
             convergence: grid,
             gamma1: empty,

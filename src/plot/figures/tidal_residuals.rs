@@ -1,8 +1,8 @@
 //! What a tidal and a flexion model leave of a traced cone, in β and in the image.
 
-use super::{GridData, einstein_circle};
+use super::grid::{GridData, einstein_circle};
 use crate::plot::{
-    Axis, Colour, ColourBar, ColourMap, Corner, Figure, Line, Mark, Norm, Panel, Scatter, Side, Stroke,
+    Axis, Colour, ColourMap, ColourScale, Corner, Figure, Line, Mark, Norm, Panel, Scatter, Side, Stroke,
 };
 
 /// What the figure shows.
@@ -35,13 +35,11 @@ const COVERAGE: f64 = 0.99;
 /// the image.
 pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
     let both: Vec<f64> = data.tidal.values.iter().chain(data.flexion.values).copied().collect();
-    let norm = Norm::log_of(&both, COVERAGE);
+    let colours = ColourScale { map: ColourMap::Magma, norm: Norm::log_of(&both, COVERAGE) };
     let map = |column: usize, grid: GridData, name: &str| {
-        let mut panel = grid.panel(ColourMap::Magma, norm, column);
-        panel.marks.extend(einstein_circle(data.einstein_radius_arcsec, true));
-        panel.tick_colour = Colour::WHITE;
         let label = format!("|β − β_{{{name}}}| [arcsec]");
-        panel.colour_bar = Some(ColourBar { map: ColourMap::Magma, norm, label, side: Side::Top });
+        let mut panel = grid.panel_with_bar(colours, column, label, Side::Top);
+        panel.marks.extend(einstein_circle(data.einstein_radius_arcsec, ColourMap::Magma));
         panel
     };
     let panels = vec![
@@ -63,10 +61,8 @@ pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
 /// One difference image, in a stretch of its own: the two differ by orders of magnitude.
 fn image_panel(column: usize, grid: GridData, name: &str) -> Panel {
     let norm = Norm::symmetric_about(0.0, grid.values, 1.0);
-    let mut panel = grid.panel(ColourMap::Diverging, norm, column);
     let label = format!("(image − image_{{{name}}})/σ");
-    panel.colour_bar = Some(ColourBar { map: ColourMap::Diverging, norm, label, side: Side::Top });
-    panel
+    grid.panel_with_bar(ColourScale { map: ColourMap::Diverging, norm }, column, label, Side::Top)
 }
 
 /// Tidal against flexion, one point a cone.
@@ -106,12 +102,7 @@ mod tests {
 
     #[test]
     fn missing_rays_and_cones_are_left_out() {
-        let grid = GridData {
-            values: &[f64::NAN, 1e-3, 2e-3, 1e-4],
-            nx: 2,
-            ny: 2,
-            extent_arcsec: [-1.0, 1.0, -1.0, 1.0],
-        };
+        let grid = GridData::square(&[f64::NAN, 1e-3, 2e-3, 1e-4], 2, 1.0);
         let data = TidalResidualsData {
             tidal: grid,
             flexion: grid,

@@ -41,16 +41,15 @@ pub fn trace_plot(parameters: &[TraceParameter]) -> Figure {
             ranks.marks.push(Mark::Line(steps(&shares[chain], Stroke::solid(colour(place), 0.8))));
         }
         let truth = parameter.truth.map(|truth| {
-            let (at, stroke) = (RuleAt::Y(truth), Stroke::dashed(Colour::BLACK, 0.8));
-            Mark::Rule(Rule { at, stroke, legend: String::new() })
+            Mark::Rule(Rule { at: RuleAt::Y(truth), stroke: Stroke::dashed(Colour::BLACK, 0.8) })
         });
         traces.marks.extend(truth);
         let draws = parameter.chains.first().map_or(0, |chain| chain.len());
         traces.x.limits = (draws > 0).then_some((0.0, draws as f64));
         let highest = shares.concat().into_iter().fold(2.0, f64::max);
         ranks.y.limits = Some((0.0, highest));
-        let (at, stroke) = (RuleAt::Y(1.0), Stroke::dashed(Colour::GREY, 0.6));
-        ranks.marks.push(Mark::Rule(Rule { at, stroke, legend: String::new() }));
+        let even = Rule { at: RuleAt::Y(1.0), stroke: Stroke::dashed(Colour::GREY, 0.6) };
+        ranks.marks.push(Mark::Rule(even));
         panels.extend([traces, ranks]);
     }
     let title = "Draws of every chain, and the spread of their ranks";
@@ -66,7 +65,7 @@ fn colour(place: usize) -> Colour {
 fn trace(draws: &[f64], stroke: Stroke) -> Line {
     let every = draws.len().div_ceil(MOST_POINTS).max(1);
     let (x, y) = draws.iter().enumerate().step_by(every).map(|(i, value)| (i as f64, *value)).unzip();
-    Line { x, y, stroke, legend: String::new() }
+    Line::new(x, y, stroke)
 }
 
 /// A staircase over equal bins of (0, 1).
@@ -75,7 +74,7 @@ fn steps(shares: &[f64], stroke: Stroke) -> Line {
     let ends =
         shares.iter().enumerate().flat_map(|(bin, share)| [(edge(bin), *share), (edge(bin + 1), *share)]);
     let (x, y) = ends.unzip();
-    Line { x, y, stroke, legend: String::new() }
+    Line::new(x, y, stroke)
 }
 
 /// Per chain, the share of its draws in each bin of the ranks among all draws, times the number of bins.

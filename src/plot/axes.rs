@@ -1,24 +1,18 @@
-//! What surrounds the marks of a panel: frame, ticks on all four sides, numbers, labels.
+//! The axes of a panel and what is written around it: frame, ticks on all four sides, numbers, labels.
 
-use super::colour::{Colour, Stroke};
-use super::layout::{CAPTION_PT, LABEL_GAP_PT, LABEL_PT, LINE_HEIGHT, Placed, SMALL_PT, TICK_GAP_PT};
+use super::colour::Stroke;
+use super::layout::{Placed, lying_bar_pt};
 use super::panel::{Axis, Side};
 use super::scale::Span;
+use super::style::{
+    self, CAPTION_PT, FRAME, HALF_DIGIT, LABEL_GAP_PT, LABEL_PT, LINE_HEIGHT, SMALL_PT, TICK_GAP_PT,
+};
 use super::svg::{Anchor, Svg, TextStyle, number};
 use super::ticks::with_exponent;
 
-/// Frame and ticks of every panel and colour bar.
-pub(super) const FRAME: Stroke = Stroke::solid(Colour::BLACK, 0.6);
 const TICK_WIDTH_PT: f64 = 0.5;
 const MAJOR_PT: f64 = 3.6;
 const MINOR_PT: f64 = 2.0;
-/// From the middle of the digits down to the baseline, relative to the size.
-pub(super) const HALF_DIGIT: f64 = 0.36;
-
-/// A text of the frame.
-pub(super) fn style(size_pt: f64, anchor: Anchor) -> TextStyle {
-    TextStyle { size_pt, anchor, colour: Colour::BLACK, upwards: false, halo: None }
-}
 
 /// Draws frame, ticks, numbers, axis labels and title.
 pub(super) fn draw(svg: &mut Svg, place: &Placed) {
@@ -63,19 +57,19 @@ fn numbers(svg: &mut Svg, place: &Placed) {
         let baseline = frame.bottom() + TICK_GAP_PT + SMALL_PT;
         for (value, label) in &place.x_ticks.major {
             let at = x.at(*value).unwrap_or(frame.x);
-            svg.text((at, baseline), label, style(SMALL_PT, Anchor::Middle));
+            svg.text((at, baseline), label, style::text(SMALL_PT, Anchor::Middle));
         }
     }
     if panel.y.tick_labels {
         for (value, label) in &place.y_ticks.major {
             let baseline = y.at(*value).unwrap_or(frame.y) + HALF_DIGIT * SMALL_PT;
-            svg.text((frame.x - TICK_GAP_PT, baseline), label, style(SMALL_PT, Anchor::End));
+            svg.text((frame.x - TICK_GAP_PT, baseline), label, style::text(SMALL_PT, Anchor::End));
         }
     }
     if let Some(top) = &panel.top {
         for (value, label) in top.major.iter().filter(|(value, _)| x.contains(*value)) {
             let at = x.at(*value).unwrap_or(frame.x);
-            svg.text((at, frame.y - TICK_GAP_PT), label, style(SMALL_PT, Anchor::Middle));
+            svg.text((at, frame.y - TICK_GAP_PT), label, style::text(SMALL_PT, Anchor::Middle));
         }
     }
 }
@@ -83,7 +77,7 @@ fn numbers(svg: &mut Svg, place: &Placed) {
 fn labels(svg: &mut Svg, place: &Placed) {
     let Placed { panel, frame, .. } = place;
     let (middle_x, middle_y) = (frame.x + 0.5 * frame.width, frame.y + 0.5 * frame.height);
-    let label = style(LABEL_PT, Anchor::Middle);
+    let label = style::text(LABEL_PT, Anchor::Middle);
     let numbers_below = if panel.x.tick_labels { TICK_GAP_PT + SMALL_PT } else { 0.0 };
     let baseline = frame.bottom() + numbers_below + LABEL_GAP_PT + 0.9 * LABEL_PT;
     // Without numbers there is nothing the exponent belongs to.
@@ -102,7 +96,7 @@ fn labels(svg: &mut Svg, place: &Placed) {
             Anchor::Middle => middle_x,
             Anchor::End => frame.right(),
         };
-        let caption_style = TextStyle { colour: caption.colour, ..style(SMALL_PT, caption.anchor) };
+        let caption_style = TextStyle { colour: caption.colour, ..style::text(SMALL_PT, caption.anchor) };
         svg.text((x, above), &caption.text, caption_style);
         above -= CAPTION_PT;
     }
@@ -111,9 +105,8 @@ fn labels(svg: &mut Svg, place: &Placed) {
         svg.text((middle_x, above), &top.label, label);
         above -= LABEL_GAP_PT + LINE_HEIGHT * LABEL_PT;
     }
-    let bar_above = panel.colour_bar.as_ref().is_some_and(|bar| bar.side != Side::Right);
-    if bar_above {
-        above -= super::colour_bar::height_pt(panel);
+    if let Some(bar) = panel.colour_bar.as_ref().filter(|bar| bar.side != Side::Right) {
+        above -= lying_bar_pt(bar);
     }
     svg.text((middle_x, above), &panel.title, label);
 }

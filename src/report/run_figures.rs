@@ -2,21 +2,18 @@
 
 use std::path::Path;
 
+use super::curve_figure::lay_over;
 use crate::config::Config;
 use crate::constants::ARCSEC_RAD;
 use crate::diagnostics::CriticalCurves;
 use crate::error::{Error, Result};
-use crate::imaging::Exposure;
 use crate::io::{AttributeValue, RunFile, read_curves};
-use crate::pipeline::{CutRow, ImageResidual, TidalResidual, rms};
 use crate::plot::figures::{
-    CutData, CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImagePairData, ImageRow,
-    ImagesData, MassFunctionCurve, MassFunctionData, TidalMapsData, TidalResidualsData, cut, cylinder,
-    flexion_maps, histograms, image_pair, images, mass_function, overlay, tidal_maps, tidal_residuals,
+    CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImageRow, ImagesData,
+    MassFunctionCurve, MassFunctionData, TidalMapsData, cylinder, flexion_maps, histograms, images,
+    mass_function, tidal_maps,
 };
-use crate::plot::{Colour, Figure, Panel};
-
-use super::lens_figure::curve_data;
+use crate::plot::{Colour, Figure};
 
 /// Of the haloes in the tidal regime every tenth is drawn, as in the paper.
 const CYLINDER_STRIDE: usize = 10;
@@ -59,89 +56,6 @@ fn saved_curves(file: &RunFile, parent: &str) -> Result<Option<CriticalCurves>> 
     let group = format!("{parent}/curves");
     let source = [number(file, &group, "source_x_arcsec")?, number(file, &group, "source_y_arcsec")?];
     Ok(Some(read_curves(file, &group)?.about(source)))
-}
-
-/// Draws critical curves and, finer, caustics into a panel.
-fn lay_over(panel: &mut Panel, curves: &CriticalCurves, colour: Colour) {
-    panel.marks.extend(overlay(&curve_data(curves), colour));
-}
-
-/// What the tidal and flexion models leave: the maps of the first sightline and the rms of all.
-///
-/// # Errors
-/// When there is no sightline.
-pub fn tidal_residual_figure(config: &Config, rows: &[TidalResidual]) -> Result<Figure> {
-    let first = rows.first().ok_or_else(|| Error::out_of_range("number of sightlines", 0, "at least 1"))?;
-    let half_width_arcsec = first.grid.half_width_arcsec + 0.5 * first.grid.step_arcsec();
-    let grid = |values: &[f64]| Grid { values: values.to_vec(), n: first.grid.points, half_width_arcsec };
-    let (tidal, flexion) = (grid(&first.tidal_arcsec), grid(&first.flexion_arcsec));
-    let pixels = |values: &[f64]| Grid {
-        values: values.to_vec(),
-        n: first.image.grid.pixels(),
-        half_width_arcsec: first.image.grid.half_width_arcsec(),
-    };
-    let tidal_image = pixels(&first.image.tidal_over_noise);
-    let flexion_image = pixels(&first.image.flexion_over_noise);
-    let chi_squared = |pick: &dyn Fn(&TidalResidual) -> &[f64]| -> Vec<f64> {
-        rows.iter().map(|row| ImageResidual::chi_squared(pick(row))).collect()
-    };
-    Ok(tidal_residuals(&TidalResidualsData {
-        tidal: tidal.data(),
-        flexion: flexion.data(),
-        tidal_image: tidal_image.data(),
-        flexion_image: flexion_image.data(),
-        tidal_chi_squared: &chi_squared(&|row| &row.image.tidal_over_noise),
-        flexion_chi_squared: &chi_squared(&|row| &row.image.flexion_over_noise),
-        tidal_rms_arcsec: &rows.iter().map(|row| rms(&row.tidal_arcsec)).collect::<Vec<_>>(),
-        flexion_rms_arcsec: &rows.iter().map(|row| rms(&row.flexion_arcsec)).collect::<Vec<_>>(),
-        einstein_radius_arcsec: config.lens.einstein_radius_arcsec,
-    }))
-}
-
-/// What the shear cut changes, against the loosest cut of the study.
-pub fn cut_figure(rows: &[CutRow]) -> Figure {
-    let value = |row: &CutRow, name: &str| row.view.quantities().get(name);
-    let last = rows.last();
-    let change = |names: &[&str]| -> Vec<f64> {
-        let of = |row: &CutRow, last: &CutRow| {
-            names.iter().map(|name| (value(row, name) - value(last, name)).powi(2)).sum::<f64>().sqrt()
-        };
-        rows.iter().map(|row| last.map_or(f64::NAN, |last| of(row, last))).collect()
-    };
-    let pixels = |row: &CutRow| row.image_over_noise.iter().map(|v| v.abs()).fold(0.0, f64::max);
-    cut(&CutData {
-        min_point_shear: &rows.iter().map(|row| row.min_point_shear).collect::<Vec<_>>(),
-        kappa: &change(&["kappa_os"]),
-        gamma: &change(&["gamma1_os", "gamma2_os"]),
-        f_per_arcsec: &change(&["F1_os_per_arcsec", "F2_os_per_arcsec"]),
-        delta: &change(&["delta_tot"]),
-        image_largest: &rows.iter().map(pixels).collect::<Vec<_>>(),
-        image_chi_squared: &rows.iter().map(CutRow::image_chi_squared).collect::<Vec<_>>(),
-    })
-}
-
-/// One exposure with and without noise, and critical curves and caustics over it where there are any.
-pub fn exposure_figure(
-    exposure: &Exposure,
-    background_rms_e_s: f64,
-    curves: Option<&CriticalCurves>,
-) -> Figure {
-    let n = exposure.grid.pixels();
-    let grid = |values: &[f64]| Grid {
-        values: values.to_vec(),
-        n,
-        half_width_arcsec: exposure.grid.half_width_arcsec(),
-    };
-    let (noise_free, noisy) = (grid(&exposure.noise_free_e_s), grid(&exposure.noisy_e_s));
-    let mut figure = image_pair(&ImagePairData {
-        noise_free: noise_free.data(),
-        noisy: noisy.data(),
-        background_rms_e_per_s: background_rms_e_s,
-    });
-    if let Some(curves) = curves {
-        figure.panels.iter_mut().for_each(|panel| lay_over(panel, curves, Colour::WHITE));
-    }
-    figure
 }
 
 fn open(path: &Path) -> Result<(RunFile, Config)> {
@@ -236,8 +150,7 @@ impl Grid {
     }
 
     fn data(&self) -> GridData<'_> {
-        let h = self.half_width_arcsec;
-        GridData { values: &self.values, nx: self.n, ny: self.n, extent_arcsec: [-h, h, -h, h] }
+        GridData::square(&self.values, self.n, self.half_width_arcsec)
     }
 }
 

@@ -1,25 +1,18 @@
 //! The marks of a panel, put on the page.
 
-use super::colour::{Colour, Stroke};
-use super::embed::Picture;
-use super::frame::HALF_DIGIT;
-use super::layout::{Placed, SMALL_PT};
+use super::colour::Colour;
+use super::layout::Placed;
 use super::mark::{
-    Band, Circle, ErrorBars, Histogram, Line, Mark, Raster, Region, Rule, RuleAt, Scatter, Text, TextAt,
+    Band, Circle, ErrorBars, Extent, Histogram, Line, Mark, Raster, Region, Rule, RuleAt, Scatter, Text,
+    TextAt,
 };
+use super::raster_picture::Picture;
 use super::scale::Span;
+use super::style::{HALF_DIGIT, HISTOGRAM_OPACITY, POINT_PT, SMALL_PT, error_bar};
 use super::svg::{Anchor, Rect, Svg, TextStyle, number};
 
 /// Opacity of the area of a band.
-pub(super) const BAND_OPACITY: f64 = 0.25;
-/// Opacity of the area under a histogram.
-pub(super) const HISTOGRAM_OPACITY: f64 = 0.125;
-/// Radius of a point with error bars.
-pub(super) const POINT_PT: f64 = 1.5;
-/// The stroke of error bars.
-pub(super) fn error_bar(colour: Colour) -> Stroke {
-    Stroke::solid(colour, 0.7)
-}
+const BAND_OPACITY: f64 = 0.25;
 
 /// Draws all marks of a panel, cut at its frame; an empty panel says so.
 pub(super) fn draw(svg: &mut Svg, place: &Placed) {
@@ -138,13 +131,13 @@ fn draw_histogram(svg: &mut Svg, place: &Placed, steps: &Histogram) {
 }
 
 fn draw_raster(svg: &mut Svg, place: &Placed, raster: &Raster) {
-    let [left, right, bottom, top] = raster.extent;
+    let Extent { left, right, bottom, top } = raster.extent;
     let Some(((x0, x1), (y0, y1))) =
         (place.x.at(left).zip(place.x.at(right))).zip(place.y.at(bottom).zip(place.y.at(top)))
     else {
         return;
     };
-    let picture = Picture::of_grid(&raster.values, raster.nx, raster.ny, raster.map, &raster.norm);
+    let picture = Picture::of_grid(&raster.values, raster.nx, raster.ny, raster.colours);
     if let (Some(uri), true) = (picture.data_uri(), x1 > x0 && y0 > y1) {
         svg.image(Rect { x: x0, y: y1, width: x1 - x0, height: y0 - y1 }, &uri);
     }

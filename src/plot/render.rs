@@ -1,0 +1,152 @@
+//! A figure written as SVG and PNG.
+
+use std::path::{Path, PathBuf};
+
+use super::figure::Figure;
+use super::layout::lay_out;
+use super::svg::Svg;
+use super::{axes, colour_bar, draw_marks, legend, png};
+use crate::{Error, Result};
+
+impl Figure {
+    /// The figure as SVG, with text as text; the same figure gives the same bytes.
+    pub fn to_svg(&self) -> String {
+        let layout = lay_out(self);
+        let mut svg = Svg::new(layout.width_pt, layout.height_pt, &self.title);
+        for place in &layout.placed {
+            if place.panel.is_blank {
+                legend::draw(&mut svg, place);
+                continue;
+            }
+            draw_marks::draw(&mut svg, place);
+            axes::draw(&mut svg, place);
+            legend::draw(&mut svg, place);
+            if let Some(bar) = &place.panel.colour_bar {
+                colour_bar::draw(&mut svg, place, bar, &self.panels);
+            }
+        }
+        svg.finish()
+    }
+
+    /// Writes `STEM.svg` and `STEM.png` (300 dpi) and returns their paths.
+    ///
+    /// # Errors
+    /// [`Error::Write`] if a file cannot be written or the figure is too large to render.
+    pub fn save(&self, stem: &Path) -> Result<Vec<PathBuf>> {
+        let svg = self.to_svg();
+        let with_suffix = |suffix: &str| {
+            let mut name = stem.as_os_str().to_owned();
+            name.push(suffix);
+            PathBuf::from(name)
+        };
+        let (svg_path, png_path) = (with_suffix(".svg"), with_suffix(".png"));
+        let png = png::render(&svg).map_err(|problem| Error::write(&png_path, problem))?;
+        for (path, bytes) in [(&svg_path, svg.as_bytes()), (&png_path, png.as_slice())] {
+            std::fs::write(path, bytes).map_err(|error| Error::write(path, error))?;
+        }
+        Ok(vec![svg_path, png_path])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::*;
+
+    /// One panel with every kind of mark, over values of which many cannot be drawn.
+    fn everything(values: &[f64], scale: Scale) -> Figure {
+        let v = values.to_vec();
+        let stroke = Stroke::dashed(Colour::RED, 1.0);
+        let norm = Norm::symmetric_about(0.0, values, 0.98);
+        let colours = ColourScale { map: ColourMap::Diverging, norm };
+        let legend = || "a < b & c".to_string();
+        let marks = vec![
+            Mark::Raster(Raster {
+                values: v.clone(),
+                nx: 3,
+                ny: 2,
+                extent: Extent::square([0.5; 2], 0.4),
+                colours,
+            }),
+            Mark::Line(Line { x: v.clone(), y: v.clone(), stroke, legend: legend() }),
+            Mark::Band(Band { x: v.clone(), low: v.clone(), high: v.clone(), colour: Colour::BLUE }),
+            Mark::Scatter(Scatter {
+                x: v.repeat(2000),
+                y: v.repeat(2000),
+                colour: Colour::BLUE,
+                radius_pt: 1.0,
+                opacity: 0.5,
+                legend: legend(),
+            }),
+            Mark::ErrorBars(ErrorBars {
+                x: v.clone(),
+                y: v.clone(),
+                low: v.clone(),
+                high: v.clone(),
+                colour: Colour::GREEN,
+                legend: legend(),
+            }),
+            Mark::Histogram(Histogram { edges: v.clone(), counts: v.clone(), stroke, legend: legend() }),
+            Mark::Region(Region {
+                rings: vec![v.iter().copied().zip(v.iter().copied()).collect()],
+                stroke,
+                opacity: 0.5,
+                legend: legend(),
+            }),
+            Mark::Circle(Circle { x: 0.0, y: f64::NAN, radius: 1.0, stroke }),
+            Mark::Rule(Rule { at: RuleAt::X(f64::NAN), stroke }),
+            Mark::Rule(Rule { at: RuleAt::Y(0.0), stroke }),
+            Mark::Text(Text {
+                at: TextAt::Data(f64::INFINITY, 1.0),
+                text: "never".into(),
+                anchor: Anchor::Start,
+                colour: Colour::BLACK,
+                halo: None,
+            }),
+        ];
+        let axis = Axis { scale, ..Axis::linear("θ_{x} <&>") };
+        let colour_bar = Some(ColourBar { colours, label: "κ".into(), side: Side::TopOver(9) });
+        Figure {
+            panels: vec![Panel { marks, colour_bar, ..Panel::new(axis.clone(), axis) }],
+            ..Figure::one_column("all < & marks")
+        }
+    }
+
+    const AWKWARD: [f64; 8] = [f64::NAN, -1.0, 0.0, f64::INFINITY, 1e300, -1e300, 1e-300, f64::NEG_INFINITY];
+
+    #[test]
+    fn values_that_are_not_finite_are_skipped_and_never_panic() {
+        for scale in [Scale::Linear, Scale::Log] {
+            for values in [&AWKWARD[..], &AWKWARD[..1], &[], &[2.0], &[0.2, 0.4, 0.8]] {
+                let svg = everything(values, scale).to_svg();
+                assert!(!svg.contains("NaN") && !svg.contains("inf") && !svg.contains("never"), "{values:?}");
+                png::render(&svg).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn an_empty_panel_says_so() {
+        assert!(everything(&[], Scale::Log).to_svg().contains("no data"));
+        assert!(!everything(&[0.2, 0.4], Scale::Log).to_svg().contains("no data"));
+    }
+
+    #[test]
+    fn the_same_figure_gives_the_same_bytes_and_real_text() {
+        let figure = everything(&[0.2, 0.3, 0.5, f64::NAN], Scale::Log);
+        let svg = figure.to_svg();
+        assert_eq!(svg, figure.to_svg());
+        assert!(svg.contains("θ<tspan") && svg.contains("a &lt; b &amp; c") && svg.contains("DejaVu Sans"));
+    }
+
+    #[test]
+    fn saving_writes_both_files_beside_a_stem_with_dots() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = everything(&[0.2, 0.4], Scale::Linear).save(&folder.path().join("cone.0")).unwrap();
+        assert_eq!(paths, [folder.path().join("cone.0.svg"), folder.path().join("cone.0.png")]);
+        assert!(paths.iter().all(|path| path.metadata().unwrap().len() > 1000));
+        let failure =
+            everything(&[0.2], Scale::Linear).save(&folder.path().join("missing/cone")).unwrap_err();
+        assert!(matches!(failure, Error::Write { .. }));
+    }
+}

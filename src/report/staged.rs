@@ -1,0 +1,66 @@
+//! Texts, JSON, figures and results of a study, staged beside the other files of a folder.
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::io::Staging;
+use crate::plot::Figure;
+
+/// Stages a text file.
+///
+/// # Errors
+/// [`Error::Write`] when the disk is full.
+pub fn stage_text(staging: &Staging, name: &str, text: &str) -> Result<()> {
+    staging.write(name, |path| std::fs::write(path, text).map_err(|error| Error::write(path, error)))
+}
+
+/// Stages a value as JSON.
+///
+/// # Errors
+/// [`Error::Write`] when the disk is full.
+pub fn stage_json(staging: &Staging, name: &str, value: &impl Serialize) -> Result<()> {
+    let json =
+        serde_json::to_string_pretty(value).map_err(|error| Error::write(&staging.path(name), error))?;
+    stage_text(staging, name, &(json + "\n"))
+}
+
+/// Stages `NAME.svg` and `NAME.png`.
+///
+/// # Errors
+/// [`Error::Write`] when the disk is full.
+pub fn stage_figure(staging: &Staging, name: &str, figure: &Figure) -> Result<()> {
+    staging.write(format!("{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
+}
+
+/// The result of a study in Markdown, for its page in `docs/`: tables, then figures by name with what they show.
+pub fn result_text(tables: &str, figures: &[(&str, &str)]) -> String {
+    let links = figures.iter().map(|(name, shows)| format!("\n![{shows}]({name}.png)\n"));
+    tables.to_owned() + &links.collect::<String>()
+}
+
+/// A table in Markdown whose columns stand below each other.
+pub fn markdown_table(head: &[&str], rows: &[Vec<String>]) -> String {
+    let head: Vec<String> = head.iter().map(|name| name.to_string()).collect();
+    let width = |column: usize| {
+        let cells = [&head].into_iter().chain(rows).filter_map(|line| line.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..head.len()).map(width).collect();
+    let line = |cells: &Vec<String>| {
+        let padded = cells.iter().zip(&widths).map(|(cell, width)| format!(" {cell:<width$} |"));
+        format!("|{}\n", padded.collect::<String>())
+    };
+    let rule: String = widths.iter().map(|width| format!("{:-<1$}|", "", width + 2)).collect();
+    format!("{}|{rule}\n{}", line(&head), rows.iter().map(line).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_stand_below_each_other() {
+        let rows = [vec!["κ".to_string(), "0.1".to_string()]];
+        assert_eq!(markdown_table(&["what", "x"], &rows), "| what | x   |\n|------|-----|\n| κ    | 0.1 |\n");
+    }
+}
