@@ -45,9 +45,21 @@ oracle: oracle-setup
     cargo build --release
     .venv/bin/python data/oracle/compare_cone.py --binary target/release/haloray --summary docs/ORACLE.md
 
-# 100 sightlines against their tidal and flexion models (docs/TIDAL_STUDY.md)
+# 100 sightlines against their tidal and flexion models; writes docs/TIDAL_STUDY.md
 study:
-    cargo run --release -- study tidal -n 100 -o tidal_study
+    printf '[maps]\npoints = 61\nhalf_width_arcsec = 2.5\n' > target/maps.toml
+    cargo run --release -- study tidal target/maps.toml -n 100 -o tidal_study
+    python3 data/oracle/page.py docs/TIDAL_STUDY.md "haloray study tidal target/maps.toml -n 100 -o tidal_study" tidal_study/result.md
+
+# what the shear cut leaves out of one sightline; writes docs/CUT_STUDY.md
+cut:
+    cargo run --release -- study cut -o cut
+    python3 data/oracle/page.py docs/CUT_STUDY.md "haloray study cut -o cut" cut/result.md
+
+# full against minimal model on Table 1's image; writes docs/ADVANTAGE.md
+advantage:
+    cargo run --release -- study advantage -o advantage
+    python3 data/oracle/page.py docs/ADVANTAGE.md "haloray study advantage -o advantage" advantage/result.md
 
 # our benchmarks
 bench:
@@ -64,20 +76,22 @@ bench-lens: oracle-setup
     bench=$(cargo bench --bench lens --no-run 2>&1 | sed -n 's/.*(\(.*lens-[0-9a-f]*\))/\1/p') && \
     .venv/bin/python data/oracle/bench_lens.py --bench "$bench" --summary docs/PROFILE_SPEED.md
 
-# are posteriors right? 200 systems drawn from a prior and fitted under it (docs/CALIBRATION.md)
+# are posteriors right? 200 systems drawn from a prior and fitted under it; writes docs/CALIBRATION.md
 calibration:
-    cargo run --release -- study calibration -n 200 -o calibration
+    cargo run --release -- study calibration -n 200 --seed 1 -o calibration
+    python3 data/oracle/page.py docs/CALIBRATION.md "haloray study calibration -n 200 --seed 1 -o calibration" calibration/result.md
 
-# do blind starts find the truth? 100 images around Table 1 under flat priors (docs/FIT.md)
+# do blind starts find the truth? 100 images around Table 1 under flat priors; writes docs/BLIND_STARTS.md
 blind-starts:
-    cargo run --release --example blind_starts
+    cargo run --release --example blind_starts | python3 data/oracle/page.py docs/BLIND_STARTS.md "just blind-starts"
 
-# section 3: 64 images fitted with four models, under two hours on two cores (docs/CATALOGUE.md)
+# section 3: 64 images fitted with four models, under two hours on two cores; writes docs/CATALOGUE.md
 catalogue:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
     cargo run --release -- study catalogue catalogue
+    python3 data/oracle/page.py docs/CATALOGUE.md "haloray study catalogue catalogue" catalogue/study/result.md
 
-# the posteriors of four small images beside chains that start at the truth, as the authors' did (docs/CATALOGUE.md)
+# the posteriors of four small images beside chains that start at the truth, as the authors' did (docs/PAPER_CATALOGUE.md)
 chains:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
     cargo run --release --example chains_from_the_truth -- catalogue 0 4 18 39

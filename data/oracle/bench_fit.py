@@ -10,13 +10,10 @@ one call alternate in the same run; lenstronomy's linear algebra is held to one 
 """
 
 import argparse
-import datetime
-import importlib.metadata
 import json
 import multiprocessing
 import os
 import pathlib
-import platform
 import re
 import subprocess
 import sys
@@ -30,6 +27,7 @@ from astropy.io import fits
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "reference"))
 import make_likelihood as table1
+import page
 
 SAMPLERS = ("valley", "nuts", "ensemble-slice", "stretch", "nested")
 NAMES = list(table1.TRUTH)
@@ -112,12 +110,6 @@ def run_emcee(start, widths, minutes, rng):
             "ess": effective, "mean": dict(zip(NAMES, chain.mean(0))), "sd": dict(zip(NAMES, chain.std(0)))}
 
 
-def processor():
-    info = pathlib.Path("/proc/cpuinfo")
-    names = re.findall(r"model name\s*:\s*(.*)", info.read_text()) if info.exists() else []
-    return f"{names[0] if names else platform.processor()}, {os.cpu_count()} cores"
-
-
 def main():
     global MODEL
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -133,16 +125,14 @@ def main():
     data = table1.noisy_image(rng)
     MODEL = table1.image_model(data.reshape(table1.PIXELS, table1.PIXELS))
     truth = np.array([table1.TRUTH[name] for name in NAMES])
-    lines = ["# Fits beside lenstronomy", "", f"{datetime.date.today().isoformat()}, {processor()}. Load average at the "
-             f"start {os.getloadavg()[0]:.1f}.", "",
-             "Command: `python3 data/oracle/bench_fit.py " + " ".join(
-                 f"--{k.replace('_', '-')} {pathlib.Path(str(v)).name if k in ('binary', 'bench', 'summary') else v}"
-                 for k, v in vars(options).items() if v is not None) + "`", "",
-             f"lenstronomy {importlib.metadata.version('lenstronomy')}, emcee {emcee.__version__}, numpy "
-             f"{np.__version__}; image of Table 1 by lenstronomy, noise of numpy, seed {options.seed}.", ""]
+    command = "python3 data/oracle/bench_fit.py " + " ".join(
+        f"--{k.replace('_', '-')} {pathlib.Path(str(v)).name if k in ('binary', 'bench') else v}"
+        for k, v in vars(options).items() if v is not None and k != "summary")
+    lines = [f"Image of Table 1 by lenstronomy, noise of numpy, seed {options.seed}. Load average at the start "
+             f"{os.getloadavg()[0]:.1f}.", ""]
 
     def save():
-        pathlib.Path(options.summary).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        page.write(options.summary, command, "\n".join(lines), ["lenstronomy", "emcee", "numpy"])
 
     if options.bench:
         widths = np.array([table1.WIDTH[name] for name in NAMES])
@@ -153,7 +143,7 @@ def main():
             ours.append(divan_medians(options.bench))
         best = {key: min(o[key] for o in ours) for key in ours[0]}
         value, gradient = best["value", "lenstronomy"], best["value_and_gradient", "lenstronomy"]
-        lines += ["## One log-likelihood on one core", "",
+        lines += ["### One log-likelihood on one core", "",
                   "Best of three alternating rounds (150 calls of lenstronomy; medians of divan).", "",
                   "| what | time | ratio |", "|---|---|---|",
                   f"| lenstronomy, value | {1e3 * min(theirs):.3f} ms | 1 |",
@@ -177,7 +167,7 @@ def main():
     first, ours = next(iter(found.items()))
     width = np.array([ours[name]["standard_deviation"] for name in NAMES])
     theirs = run_emcee(truth, width, options.minutes, rng)
-    lines += ["## The same posterior", "", "Lenstronomy's likelihood on both sides; emcee starts at the truth, spread "
+    lines += ["### The same posterior", "", "Lenstronomy's likelihood on both sides; emcee starts at the truth, spread "
               f"by one standard deviation, {theirs['walkers']} walkers, {theirs['steps']} steps, first {theirs['burn']} "
               "left out. Shifts are in standard deviations of the first row.", "",
               "| sampler | γ1_LOS | σ | γ2_LOS | σ | shift γ1, γ2 (σ) | σ ratio γ1, γ2 | ESS (γ1, γ2) | worst R-hat | seconds |",
@@ -202,11 +192,11 @@ def main():
     our_rate = min(a["ess_bulk"], b["ess_bulk"]) / ours["summary"]["seconds"]
     their_rate = min(theirs["ess"][n] for n in SHEARS) / theirs["seconds"]
     tau = max(theirs["tau"][n] for n in SHEARS)
-    lines += ["", "## Effective draws of γ_LOS a second", "",
+    lines += ["", "### Effective draws of γ_LOS a second", "",
               f"haloray (start and warm-up included): {our_rate:.1f}; emcee (autocorrelation time {tau:.0f} steps, "
               f"{theirs['steps'] / tau:.0f} of them run; burn-in time included, its draws not): {their_rate:.3f}; ratio "
               f"{our_rate / their_rate:.0f}.", "",
-              f"## Every parameter: haloray {first} against emcee", "", "| parameter | shift of the mean (σ) | ratio of σ |",
+              f"### Every parameter: haloray {first} against emcee", "", "| parameter | shift of the mean (σ) | ratio of σ |",
               "|---|---|---|"]
     for name in NAMES:
         p = ours[name]

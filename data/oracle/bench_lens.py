@@ -8,16 +8,13 @@ e1 = 0.17, e2 = 0.04 (q = 0.7), a field of 5 arcsec.
 """
 
 import argparse
-import datetime
-import importlib.metadata
 import os
-import pathlib
 import subprocess
 import time
 
 import numpy as np
 
-from compare_cone import processor
+import page
 
 os.environ["OMP_NUM_THREADS"] = "1"
 ROUNDS, CALLS, SIDE = 5, 50, 100
@@ -61,10 +58,7 @@ def main():
     (deflection, everything), (alpha, hessian) = (
         np.min([pair[side] for pair in rounds], axis=0) / SIDE**2 * 1e9 for side in (0, 1))
     lines = [
-        "# Speed of the elliptical power law", "",
-        f"{datetime.date.today()}, {processor()}, one core; lenstronomy "
-        f"{importlib.metadata.version('lenstronomy')}. Command: `just bench-lens` (`data/oracle/bench_lens.py`): "
-        f"100×100 points, q = 0.7, slope 2.6, best of {ROUNDS} alternating rounds.", "",
+        f"100×100 points, q = 0.7, slope 2.6, one core, best of {ROUNDS} alternating rounds.", "",
         "| what | haloray | lenstronomy | ratio |", "|---|---|---|---|",
         f"| displacement | {deflection:.1f} ns a point | {alpha:.0f} ns (`alpha`) | {alpha / deflection:.0f} |",
         f"| displacement, Hessian and the derivatives of both by all six parameters | {everything:.1f} ns a point "
@@ -73,7 +67,7 @@ def main():
         f"With everything a point costs {everything / deflection:.1f} displacements.", ""]
     print("\n".join(lines))
     if options.summary:
-        pathlib.Path(options.summary).write_text("\n".join(lines))
+        page.write(options.summary, "just bench-lens", "\n".join(lines), ["lenstronomy"])
 
 
 main()

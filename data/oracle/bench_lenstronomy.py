@@ -10,11 +10,8 @@ their files. The two take turns. Takes about two minutes; with --scaling two mor
 
 import argparse
 import csv
-import datetime
-import importlib.metadata
 import os
 import pathlib
-import platform
 import subprocess
 import tempfile
 import time
@@ -22,7 +19,8 @@ import time
 import numpy as np
 
 import compare_cone
-from compare_cone import ARCSEC, COSMOLOGY, GM_SUN_OVER_C2_MPC, processor, read_csv, write_csv
+import page
+from compare_cone import ARCSEC, COSMOLOGY, GM_SUN_OVER_C2_MPC, read_csv, write_csv
 
 Z_SOURCE = 1.5
 
@@ -170,7 +168,7 @@ def scaling(executable, figure):
     from matplotlib import pyplot
 
     lines = bench(executable, "scaling")
-    rows = ["", "## How it grows", "", "To 1e-7″ or exactly, one run; set-up of the planes included.", "",
+    rows = ["", "### How it grows", "", "To 1e-7″ or exactly, one run; set-up of the planes included.", "",
             "| haloes | rays | accuracy | threads | seconds | bound | measured | rays traced exactly |",
             "|---|---|---|---|---|---|---|---|"]
     for line in lines:
@@ -227,14 +225,11 @@ def main():
         lines += scaling(options.bench, figures / "scaling.svg")
     print("\n".join(lines))
     if options.summary:
-        versions = ", ".join(f"{n} {importlib.metadata.version(n)}" for n in ("lenstronomy", "astropy", "numpy"))
         head = [
-            "# haloray beside its peers, in one run", "",
-            f"Written by `data/oracle/bench_lenstronomy.py` (`just bench-peers`) on {datetime.date.today().isoformat()}; "
-            f"{platform.system()} on {processor()}, {os.cpu_count()} cores (load average at the end {os.getloadavg()[0]:.1f}); {versions}. Tracers are timed from "
-            "columns in memory to β in memory, set-up of the planes included on both sides; draws as whole processes with their "
-            "files. A ratio is the peer's seconds over the median of ours.", ""]
-        pathlib.Path(options.summary).write_text("\n".join(head + lines) + "\n", encoding="utf-8")
+            "Tracers are timed from columns in memory to β in memory, set-up of the planes included on both sides; draws as "
+            "whole processes with their files. A ratio is the peer's seconds over the median of ours. Load average at the "
+            f"end {os.getloadavg()[0]:.1f}.", ""]
+        page.write(options.summary, "just bench-peers", "\n".join(head + lines), ["lenstronomy", "astropy", "numpy"])
 
 
 if __name__ == "__main__":

@@ -11,11 +11,7 @@ MultiPlane, A with the recursion of data/reference/numpy_multiplane.py; numpy an
 
 import argparse
 import csv
-import datetime
-import importlib.metadata
-import os
 import pathlib
-import platform
 import subprocess
 import sys
 import tempfile
@@ -28,6 +24,7 @@ from astropy.cosmology import FlatLambdaCDM
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "reference"))
 import numpy_multiplane
+import page
 
 warnings.simplefilter("ignore")
 COSMOLOGY = FlatLambdaCDM(67.4, 0.315, Tcmb0=0)
@@ -132,13 +129,6 @@ def quantiles(label, differences):
     return f"| {label} | {q50:.1e} | {q99:.1e} | {largest:.1e} |"
 
 
-def processor():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines() if platform.system() == "Linux" else []:
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor() or platform.machine()
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", required=True, help="the haloray command")
@@ -182,19 +172,14 @@ def main():
     ]
     print("\n".join(lines))
     if options.summary:
-        versions = ", ".join(f"{name} {importlib.metadata.version(name)}"
-                             for name in ("lenstronomy", "astropy", "numpy"))
         shown = [f"--haloes {options.haloes}"] if options.haloes else []
         shown += [f"--rays {options.rays}", f"--half-width {options.half_width}", f"--z-source {options.z_source}"]
         head = [
-            "# One cone traced by three codes", "",
             f"{number:,} haloes ({origin}), one plane and one sheet each, {theta_x.size:,} rays over "
-            f"±{options.half_width}″, source at z = {options.z_source}, exact recursion. "
-            f"Written by `data/oracle/compare_cone.py` on {datetime.date.today().isoformat()}, "
-            f"{platform.system()} on {processor()}, {os.cpu_count()} cores; {versions}. haloray uses all cores, "
-            "the other two one; seconds are of a single run.", "",
-            "    " + " ".join(["python3 data/oracle/compare_cone.py --binary haloray", *shown]), ""]
-        pathlib.Path(options.summary).write_text("\n".join(head + lines) + "\n", encoding="utf-8")
+            f"±{options.half_width}″, source at z = {options.z_source}, exact recursion. haloray uses all cores, the "
+            "other two one; seconds are of a single run.", ""]
+        command = " ".join(["python3 data/oracle/compare_cone.py --binary haloray", *shown])
+        page.write(options.summary, command, "\n".join(head + lines), ["lenstronomy", "astropy", "numpy"])
 
 
 if __name__ == "__main__":

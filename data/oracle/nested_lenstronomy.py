@@ -8,14 +8,13 @@ whole prior; neither side is told the truth. Shifts are in nautilus's standard d
 """
 
 import argparse
-import datetime
-import importlib.metadata
 import pathlib
 import tempfile
 import time
 
 import bench_fit as bench
 import numpy as np
+import page
 from nautilus import Sampler
 
 
@@ -60,14 +59,9 @@ def main():
             found[sampler] = bench.haloray(options.binary, image, folder, sampler, options.min_ess)
             print(sampler, found[sampler]["summary"]["seconds"], flush=True)
     mean, deviation, effective, calls, seconds = nested(options.seed, options.live, options.effective)
-    versions = ", ".join(f"{name} {importlib.metadata.version(name)}"
-                         for name in ("lenstronomy", "nautilus-sampler", "numpy"))
-    lines = ["# The same posterior by nested sampling of lenstronomy's likelihood", "",
-             f"{datetime.date.today().isoformat()}, {bench.processor()}; {versions}. Command: `python3 "
-             f"data/oracle/nested_lenstronomy.py --binary haloray --seed {options.seed} --live {options.live} "
-             f"--effective {options.effective} --min-ess {options.min_ess:.0f} --summary "
-             f"{pathlib.Path(options.summary).name}`.", "",
-             f"nautilus: {effective:.0f} effective draws, {calls:,} calls of lenstronomy, {seconds:.0f} s on two cores, "
+    command = (f"python3 data/oracle/nested_lenstronomy.py --binary haloray --seed {options.seed} --live {options.live} "
+               f"--effective {options.effective} --min-ess {options.min_ess:.0f}")
+    lines = [f"nautilus: {effective:.0f} effective draws, {calls:,} calls of lenstronomy, {seconds:.0f} s on two cores, "
              f"image of Table 1 by lenstronomy with noise of seed {options.seed}. Shifts are (haloray − nautilus)/σ, ratios "
              "haloray's σ over nautilus's.", "",
              "| parameter | nautilus | σ | " + " | ".join(f"{s}: shift, ratio" for s in found) + " |",
@@ -80,7 +74,7 @@ def main():
                  " | ".join(f"{r['summary']['seconds']:.1f}" + ("" if r["summary"]["converged"] else " (not converged)")
                             for r in found.values()) + " |")
     text = "\n".join(lines) + "\n"
-    pathlib.Path(options.summary).write_text(text, encoding="utf-8")
+    page.write(options.summary, command, text, ["lenstronomy", "nautilus-sampler", "numpy"])
     print(text)
 
 
