@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Domain, Result};
+use crate::error::{Domain, Error, Result, shortest};
 
 /// A camera and one exposure with it. The default is HST WFC3/IR F160W as in the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -57,14 +57,18 @@ impl Instrument {
             (magnitude, "zero_point_mag", self.zero_point_mag),
             (magnitude, "sky_mag_arcsec2", self.sky_mag_arcsec2),
             (Domain::NON_NEGATIVE, "read_noise_e", self.read_noise_e),
+            (Domain::NON_NEGATIVE, "psf_fwhm_arcsec", self.psf_fwhm_arcsec),
             (Domain::POSITIVE, "psf_truncation_sigma", self.psf_truncation_sigma),
         ] {
             domain.check(&format!("instrument.{name}"), value)?;
         }
-        // The kernel ends 4096 pixels from its centre at most.
-        let widest = 4096.0 * self.pixel_scale_arcsec * (8.0 * std::f64::consts::LN_2).sqrt();
-        let psf_fwhm = Domain::from_to(0.0, widest / self.psf_truncation_sigma);
-        psf_fwhm.check("instrument.psf_fwhm_arcsec", self.psf_fwhm_arcsec).map(drop)
+        let sigma_pixels =
+            self.psf_fwhm_arcsec / (8.0 * std::f64::consts::LN_2).sqrt() / self.pixel_scale_arcsec;
+        if self.psf_truncation_sigma * sigma_pixels <= 4096.0 {
+            return Ok(());
+        }
+        let allowed = "such that psf_truncation_sigma standard deviations are at most 4096 pixels";
+        Err(Error::out_of_range("instrument.psf_fwhm_arcsec", shortest(self.psf_fwhm_arcsec), allowed))
     }
 
     /// Electrons per second of a source of the given magnitude, 10^(−0.4(m − ZP)).
