@@ -76,7 +76,7 @@ pub const ORDERS: [Order; 7] = [
     Order {
         folder: "report",
         parts: &[
-            "page",
+            "staged",
             "curve_figure",
             "exposure_figure",
             "study_figures",
