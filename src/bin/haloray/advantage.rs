@@ -89,30 +89,24 @@ fn write(
 
 /// The shears of both models beside the truth, and whether the fits have converged.
 fn comparison(summaries: &[FitSummary], truths: &[(String, f64)]) -> String {
-    let is_of_sight = |name: &str| name.starts_with("gamma") || name.starts_with("omega");
-    let mut names: Vec<&str> = Vec::new();
-    for parameter in summaries.iter().flat_map(|summary| &summary.parameters) {
-        if is_of_sight(&parameter.name) && !names.contains(&parameter.name.as_str()) {
-            names.push(&parameter.name);
-        }
-    }
-    let cell = |summary: &FitSummary, name: &str| {
-        let found = summary.parameters.iter().find(|p| p.name == name);
-        found.map_or(String::new(), |p| {
-            let derived = if p.derived { " (derived)" } else { "" };
-            format!("{:.4}, 68% in [{:.4}, {:.4}]{derived}", p.median, p.hpd68_low, p.hpd68_high)
-        })
+    let line = |name: &str, of: &dyn Fn(&FitSummary) -> String, truth: String| -> Vec<String> {
+        [name.to_string()].into_iter().chain(summaries.iter().map(of)).chain([truth]).collect()
     };
-    let line = |name: &str, of: &dyn Fn(&FitSummary) -> String, truth: String| {
-        let models = summaries.iter().map(of);
-        [name.to_string()].into_iter().chain(models).chain([truth]).collect::<Vec<String>>()
-    };
-    let truth = |name: &str| {
+    let shear = |name: &str| {
+        let of = |summary: &FitSummary| {
+            let found = summary.parameters.iter().find(|p| p.name == name);
+            found.map_or(String::new(), |p| {
+                let derived = if p.derived { " (derived)" } else { "" };
+                format!("{:.4}, 68% in [{:.4}, {:.4}]{derived}", p.median, p.hpd68_low, p.hpd68_high)
+            })
+        };
         let truth = truths.iter().find(|(own, _)| own == name);
-        truth.map_or(String::new(), |(_, value)| format!("{value:.4}"))
+        line(name, &of, truth.map_or(String::new(), |(_, value)| format!("{value:.4}")))
     };
+    // The full model has or derives every shear of the minimal one.
+    let names = summaries.iter().take(1).flat_map(|full| &full.parameters).map(|p| p.name.as_str());
     let mut lines: Vec<Vec<String>> =
-        names.iter().map(|name| line(name, &|summary| cell(summary, name), truth(name))).collect();
+        names.filter(|name| name.starts_with("gamma") || name.starts_with("omega")).map(shear).collect();
     let state = |s: &FitSummary| {
         let converged = if s.converged { "yes" } else { "no" };
         format!("{converged}: worst R-hat {:.4}, worst ESS {:.0}", s.worst_r_hat, s.worst_ess)
