@@ -16,6 +16,10 @@ run:
 test:
     cargo test --release
 
+# the slow tests, which `just test` leaves out; writes docs/NIGHTLY.md
+nightly:
+    bash .ci/nightly
+
 # the property tests with other numbers, and ten times as many
 properties SEED:
     PROPTEST_RNG_SEED={{SEED}} PROPTEST_CASES=2560 cargo test --release --test properties -- multiplane:: tensors::

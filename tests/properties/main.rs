@@ -12,6 +12,7 @@ mod mock_catalogue;
 mod multiplane;
 mod point_images;
 mod population;
+mod sampler_errors;
 mod samplers;
 mod tensors;
 mod tracked;

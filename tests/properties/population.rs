@@ -78,16 +78,14 @@ fn expected_numbers_kept_are_those_of_the_conventions() {
     }
 }
 
-#[test]
-fn the_number_kept_is_poisson() {
-    const SEEDS: u64 = 200;
+fn check_number_kept(seeds: u64) {
     let population = population(&config(Preset::Paper));
     let expected = population.expected_number_kept();
     let counts: Vec<f64> =
-        (0..SEEDS).map(|seed| draw_direct(&population, seed, 0).chi_cmpc.len() as f64).collect();
-    let mean = counts.iter().sum::<f64>() / SEEDS as f64;
-    let variance = counts.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
-    let standard_error = (expected / SEEDS as f64).sqrt();
+        (0..seeds).map(|seed| draw_direct(&population, seed, 0).chi_cmpc.len() as f64).collect();
+    let mean = counts.iter().sum::<f64>() / seeds as f64;
+    let variance = counts.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / (seeds - 1) as f64;
+    let standard_error = (expected / seeds as f64).sqrt();
     let p = poisson_dispersion_p(&counts, expected);
     println!(
         "mean {mean:.1}, expected {expected:.1} +- {standard_error:.1}; variance/mean {:.3}, p {p:.3}",
@@ -95,14 +93,24 @@ fn the_number_kept_is_poisson() {
     );
     assert!((mean - expected).abs() < 5.0 * standard_error);
     assert!((mean - 34_742.0).abs() < 5.0 * standard_error + EXPECTED_NUMBERS_G_EXCESS * 34_742.0);
-    assert!((variance / mean - 1.0).abs() < 5.0 * (2.0 / (SEEDS - 1) as f64).sqrt());
+    assert!((variance / mean - 1.0).abs() < 5.0 * (2.0 / (seeds - 1) as f64).sqrt());
     assert!(p > 1e-3);
 }
 
 #[test]
-fn both_draws_are_samples_of_one_process() {
+fn the_number_kept_is_poisson_in_forty_draws() {
+    check_number_kept(40);
+}
+
+#[test]
+#[ignore = "slow: just nightly"]
+fn the_number_kept_is_poisson_in_a_thousand_draws() {
+    check_number_kept(1000);
+}
+
+fn check_both_draws(seeds: u64) {
     let population = population(&config(Preset::Paper));
-    for seed in 0..6 {
+    for seed in 0..seeds {
         let all = draw_brute_force(&population, seed, 0, |_| ());
         let kept = draw_direct(&population, seed, 0);
         let (n, m) = (all.chi_cmpc.len() as f64, kept.chi_cmpc.len() as f64);
@@ -121,6 +129,17 @@ fn both_draws_are_samples_of_one_process() {
         );
         assert!(p.iter().all(|p| *p > 0.01));
     }
+}
+
+#[test]
+fn both_draws_are_samples_of_one_process() {
+    check_both_draws(1);
+}
+
+#[test]
+#[ignore = "slow: just nightly"]
+fn both_draws_are_samples_of_one_process_for_six_seeds() {
+    check_both_draws(6);
 }
 
 #[test]

@@ -1,15 +1,24 @@
 //! Samplers on posteriors with known answers: moments, evidence, agreement, threads, interruption.
 
-use crate::targets::{Banana, Gorge, Normal, Nowhere, PEAK, Truncated, TwoPeaks, by_quadrature};
+use crate::targets::{Banana, Gorge, Moments, Normal, Nowhere, PEAK, Truncated, TwoPeaks, by_quadrature};
 use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, Problem, SamplerSettings, StretchSettings,
     ValleySettings,
 };
 use haloray::inference::{LatentLikelihood, RunStatus, SamplerRun};
 
-fn run(settings: SamplerSettings, problem: &Problem, seed: u64) -> (SamplerRun, RunStatus) {
-    let mut run = SamplerRun::start(&settings, seed, problem).unwrap();
-    let progress = run.finish(problem.likelihood, &|z| z.to_vec(), |_, _| Ok(())).unwrap();
+/// A run to its end, with more effective draws than convergence needs, of every z and of its square about `centre`.
+pub fn run(
+    settings: SamplerSettings,
+    problem: &Problem,
+    seed: u64,
+    min_ess: f64,
+    centre: &[f64],
+) -> (SamplerRun, RunStatus) {
+    let squares = |z: &[f64]| z.iter().zip(centre).map(|(z, c)| (z - c).powi(2)).collect();
+    let mut run = SamplerRun::start(&settings, seed, problem).unwrap().until(min_ess).unwrap();
+    let progress =
+        run.finish(problem.likelihood, &|z| [z.to_vec(), squares(z)].concat(), |_, _| Ok(())).unwrap();
     (run, progress)
 }
 
@@ -21,7 +30,7 @@ fn valley() -> SamplerSettings {
     SamplerSettings::Valley(ValleySettings::default())
 }
 
-fn all_samplers() -> [SamplerSettings; 5] {
+pub fn all_samplers() -> [SamplerSettings; 5] {
     [
         nuts(),
         valley(),
@@ -31,39 +40,53 @@ fn all_samplers() -> [SamplerSettings; 5] {
     ]
 }
 
-/// Mean and standard deviation of every coordinate, with the effective number of draws.
-fn moments(run: &SamplerRun, progress: &RunStatus) -> Vec<(f64, f64, f64)> {
-    (0..run.chains().dimension)
-        .map(|i| {
-            let draws = run.chains().coordinate(i).concat();
-            let mean = draws.iter().sum::<f64>() / draws.len() as f64;
-            let square = draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / draws.len() as f64;
-            (mean, square.sqrt(), progress.quantities[i].ess_bulk)
-        })
-        .collect()
+/// Effective draws asked for: standard errors of 3.2% of a deviation and, of a normal's deviation, of 2.2%.
+const QUICK_ESS: f64 = 1000.0;
+
+/// Mean and standard deviation of a coordinate, each with the effective number of draws that it comes from.
+pub struct Found {
+    pub mean: f64,
+    pub mean_ess: f64,
+    pub deviation: f64,
+    pub deviation_ess: f64,
 }
 
-/// Means within 4 standard errors, standard deviations within 12% (4 errors of 400 normal draws are 14%).
-fn assert_moments(found: &[(f64, f64, f64)], means: &[f64], deviations: &[f64]) {
-    for (i, (mean, deviation, ess)) in found.iter().enumerate() {
-        let error = (mean - means[i]) / deviations[i] * ess.sqrt();
-        assert!(error.abs() < 4.0, "mean of z{i}: {mean} is {error} standard errors from {}", means[i]);
-        let ratio = deviation / deviations[i];
-        assert!((ratio - 1.0).abs() < 0.12, "deviation of z{i}: {ratio} times the right one");
+/// Moments of every coordinate of a [`run`].
+pub fn moments(run: &SamplerRun, progress: &RunStatus) -> Vec<Found> {
+    let dimension = run.chains().dimension;
+    let of_coordinate = |i: usize| {
+        let draws = run.chains().coordinate(i).concat();
+        let mean = draws.iter().sum::<f64>() / draws.len() as f64;
+        let square = draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / draws.len() as f64;
+        let [mean_ess, deviation_ess] = [i, dimension + i].map(|k| progress.quantities[k].ess_bulk);
+        Found { mean, mean_ess, deviation: square.sqrt(), deviation_ess }
+    };
+    (0..dimension).map(of_coordinate).collect()
+}
+
+/// Means and standard deviations within 4 standard errors: σ/√n and σ√((κ − 1)/4n), κ the kurtosis.
+fn assert_moments(run: &SamplerRun, progress: &RunStatus, right: &Moments) {
+    for (i, found) in moments(run, progress).into_iter().enumerate() {
+        let (mean, deviation) = (right.means[i], right.deviations[i]);
+        assert!(found.mean_ess.min(found.deviation_ess) > 0.9 * QUICK_ESS, "z{i}: few effective draws");
+        let error = (found.mean - mean) / deviation * found.mean_ess.sqrt();
+        assert!(error.abs() < 4.0, "mean of z{i}: {} is {error} standard errors from {mean}", found.mean);
+        let scale = ((right.kurtoses[i] - 1.0) / (4.0 * found.deviation_ess)).sqrt();
+        let error = (found.deviation / deviation - 1.0) / scale;
+        assert!(error.abs() < 4.0, "deviation of z{i}: {error} standard errors from {deviation}");
     }
 }
 
 #[test]
 fn nuts_finds_a_correlated_normal_in_twenty_dimensions() {
     let target = Normal::correlated(20);
-    let (mean, covariance) = (target.mean(), target.covariance());
-    let deviations: Vec<f64> = (0..20).map(|i| covariance[(i, i)].sqrt()).collect();
+    let (mean, covariance, right) = (target.mean(), target.covariance(), Moments::of_normal(&target));
     let starts = [mean.as_slice().to_vec()];
     let metric = target.metric();
     let problem = Problem { likelihood: &target, starts: &starts, metric: Some(&metric) };
-    let (run, progress) = run(nuts(), &problem, 1);
+    let (run, progress) = run(nuts(), &problem, 1, QUICK_ESS, &right.means);
     assert!(progress.is_converged && progress.divergences == 0);
-    assert_moments(&moments(&run, &progress), mean.as_slice(), &deviations);
+    assert_moments(&run, &progress, &right);
     // Correlations of neighbours too.
     let draws = run.chains().chains.iter().flat_map(|chain| chain.z.chunks_exact(20));
     let (mut found, mut count) = ([0.0; 19], 0.0);
@@ -72,9 +95,12 @@ fn nuts_finds_a_correlated_normal_in_twenty_dimensions() {
         count += 1.0;
     }
     for i in 0..19 {
-        let correlation = |c: f64| c / (deviations[i] * deviations[i + 1]);
+        let correlation = |c: f64| c / (right.deviations[i] * right.deviations[i + 1]);
         let difference = correlation(found[i] / count) - correlation(covariance[(i, i + 1)]);
-        assert!(difference.abs() < 0.12, "correlation of z{i} with the next: off by {difference}");
+        assert!(
+            difference.abs() < 4.0 / QUICK_ESS.sqrt(),
+            "correlation of z{i} with the next: off by {difference}"
+        );
     }
 }
 
@@ -83,11 +109,10 @@ fn nuts_needs_no_metric() {
     let target = Normal::correlated(8);
     let starts = [vec![0.0; 8], vec![0.5; 8]];
     let problem = Problem { likelihood: &target, starts: &starts, metric: None };
-    let (run, progress) = run(nuts(), &problem, 2);
+    let right = Moments::of_normal(&target);
+    let (run, progress) = run(nuts(), &problem, 2, QUICK_ESS, &right.means);
     assert!(progress.is_converged);
-    let covariance = target.covariance();
-    let deviations: Vec<f64> = (0..8).map(|i| covariance[(i, i)].sqrt()).collect();
-    assert_moments(&moments(&run, &progress), target.mean().as_slice(), &deviations);
+    assert_moments(&run, &progress, &right);
 }
 
 #[test]
@@ -96,7 +121,7 @@ fn nuts_stops_unconverged_when_its_gradients_are_used_up() {
     let starts = [vec![0.0; 8]];
     let problem = Problem { likelihood: &target, starts: &starts, metric: None };
     let limited = NutsSettings { max_gradients: 1, block_draws: 20, ..NutsSettings::default() };
-    let (run, progress) = run(SamplerSettings::Nuts(limited), &problem, 2);
+    let (run, progress) = run(SamplerSettings::Nuts(limited), &problem, 2, QUICK_ESS, &[0.0; 8]);
     assert!(progress.is_finished && !progress.is_converged);
     assert_eq!(run.chains().draws(), 20);
 }
@@ -106,11 +131,11 @@ fn all_samplers_agree_on_a_banana_and_at_an_edge() {
     for (likelihood, start) in [(&Banana as &dyn LatentLikelihood, [0.3, 0.1]), (&Truncated, [0.3, 0.1])] {
         let starts = [start.to_vec()];
         let problem = Problem { likelihood, starts: &starts, metric: None };
-        let (mean, deviation, log_evidence) = by_quadrature(likelihood);
+        let (right, log_evidence) = by_quadrature(likelihood);
         for settings in all_samplers() {
-            let (run, progress) = run(settings, &problem, 3);
+            let (run, progress) = run(settings, &problem, 3, QUICK_ESS, &right.means);
             assert!(progress.is_converged, "{settings:?}");
-            assert_moments(&moments(&run, &progress), &mean, &deviation);
+            assert_moments(&run, &progress, &right);
             if let Some(evidence) = run.evidence() {
                 let error = (evidence.log_evidence - log_evidence) / evidence.log_evidence_error;
                 assert!(error.abs() < 4.0 && evidence.log_evidence_error < 0.2, "{evidence:?}");
@@ -122,14 +147,13 @@ fn all_samplers_agree_on_a_banana_and_at_an_edge() {
 #[test]
 fn all_samplers_agree_in_ten_correlated_dimensions() {
     let target = Normal::correlated(10);
-    let (mean, covariance, metric) = (target.mean(), target.covariance(), target.metric());
-    let deviations: Vec<f64> = (0..10).map(|i| covariance[(i, i)].sqrt()).collect();
-    let starts = [mean.as_slice().to_vec()];
+    let (right, metric) = (Moments::of_normal(&target), target.metric());
+    let starts = [right.means.clone()];
     let problem = Problem { likelihood: &target, starts: &starts, metric: Some(&metric) };
     for settings in all_samplers() {
-        let (run, progress) = run(settings, &problem, 4);
+        let (run, progress) = run(settings, &problem, 4, QUICK_ESS, &right.means);
         assert!(progress.is_converged, "{settings:?}");
-        assert_moments(&moments(&run, &progress), mean.as_slice(), &deviations);
+        assert_moments(&run, &progress, &right);
         if let Some(evidence) = run.evidence() {
             let error = (evidence.log_evidence - target.log_evidence()) / evidence.log_evidence_error;
             assert!(error.abs() < 4.0 && evidence.log_evidence_error < 0.5, "{evidence:?}");
@@ -141,23 +165,15 @@ fn all_samplers_agree_in_ten_correlated_dimensions() {
 fn the_valley_sampler_follows_a_narrow_valley_that_bends() {
     let starts = [vec![0.0; 3]];
     let problem = Problem { likelihood: &Gorge, starts: &starts, metric: None };
-    let (run, progress) = run(valley(), &problem, 8);
-    assert!(progress.is_converged, "{progress:?}");
     // Across the valley only its floor counts: means over z₀ by quadrature.
-    let mut sums = [[0.0; 3]; 2];
-    let mut norm = 0.0;
-    for a in (-6000..6000).map(|i| (f64::from(i) + 0.5) * 1e-3) {
+    let floor = (-6000..6000).map(|i| (f64::from(i) + 0.5) * 1e-3).map(|a| {
         let [b, c] = Gorge::floor(a);
-        let density = (-0.5 * (a * a + b * b + c * c)).exp();
-        norm += density;
-        for (i, value) in [a, b, c].into_iter().enumerate() {
-            sums[0][i] += density * value;
-            sums[1][i] += density * value * value;
-        }
-    }
-    let means = sums[0].map(|sum| sum / norm);
-    let deviations: Vec<f64> = (0..3).map(|i| (sums[1][i] / norm - means[i] * means[i]).sqrt()).collect();
-    assert_moments(&moments(&run, &progress), &means, &deviations);
+        ([a, b, c], (-0.5 * (a * a + b * b + c * c)).exp())
+    });
+    let right = Moments::of(floor);
+    let (run, progress) = run(valley(), &problem, 8, QUICK_ESS, &right.means);
+    assert!(progress.is_converged, "{progress:?}");
+    assert_moments(&run, &progress, &right);
     // And the draws scatter about it by its width.
     let draws = run.chains().coordinate(0).concat().into_iter().zip(run.chains().coordinate(1).concat());
     let across: Vec<f64> = draws.map(|(a, b)| (b - Gorge::floor(a)[0]) / 1e-3).collect();
@@ -168,7 +184,8 @@ fn the_valley_sampler_follows_a_narrow_valley_that_bends() {
 #[test]
 fn nested_sampling_weighs_two_peaks() {
     let problem = Problem { likelihood: &TwoPeaks, starts: &[], metric: None };
-    let (run, progress) = run(SamplerSettings::Nested(NestedSettings::default()), &problem, 5);
+    let (run, progress) =
+        run(SamplerSettings::Nested(NestedSettings::default()), &problem, 5, QUICK_ESS, &[0.0; 2]);
     let evidence = run.evidence().unwrap();
     let off = (evidence.log_evidence - TwoPeaks::log_evidence()) / evidence.log_evidence_error;
     assert!(progress.is_converged && off.abs() < 4.0 && evidence.log_evidence_error < 0.15);
@@ -190,7 +207,7 @@ fn chains_in_separate_peaks_are_not_converged() {
         ensembles: 2,
         ..EnsembleSliceSettings::default()
     };
-    let (_, progress) = run(SamplerSettings::EnsembleSlice(settings), &problem, 6);
+    let (_, progress) = run(SamplerSettings::EnsembleSlice(settings), &problem, 6, QUICK_ESS, &[0.0; 2]);
     assert!(progress.is_finished && !progress.is_converged && progress.worst.r_hat > 1.5, "{progress:?}");
 }
 

@@ -228,22 +228,45 @@ impl LatentLikelihood for Nowhere {
     }
 }
 
-/// Means, standard deviations and log-evidence of a posterior over two coordinates, by quadrature on a fine grid.
-pub fn by_quadrature(likelihood: &dyn LatentLikelihood) -> ([f64; 2], [f64; 2], f64) {
-    const STEP: f64 = 0.01;
-    let axis: Vec<f64> = (-600..600).map(|i| (f64::from(i) + 0.5) * STEP).collect();
-    let (mut sum, mut first, mut second) = (0.0, [0.0; 2], [0.0; 2]);
-    for &x in &axis {
-        for &y in &axis {
-            let density = (likelihood.log_likelihood(&[x, y]) - 0.5 * (x * x + y * y)).exp();
-            sum += density;
-            for (i, value) in [x, y].into_iter().enumerate() {
-                first[i] += density * value;
-                second[i] += density * value * value;
-            }
-        }
+/// Mean, standard deviation and kurtosis (3 of a normal) of every coordinate of a posterior.
+pub struct Moments {
+    pub means: Vec<f64>,
+    pub deviations: Vec<f64>,
+    pub kurtoses: Vec<f64>,
+}
+
+impl Moments {
+    /// Those of places with weights.
+    pub fn of<const N: usize>(weighted: impl Iterator<Item = ([f64; N], f64)> + Clone) -> Self {
+        let total: f64 = weighted.clone().map(|(_, weight)| weight).sum();
+        let sum =
+            |of: &dyn Fn([f64; N]) -> f64| weighted.clone().map(|(z, weight)| weight * of(z)).sum::<f64>();
+        let means: Vec<f64> = (0..N).map(|i| sum(&|z| z[i]) / total).collect();
+        let central = |power: i32| -> Vec<f64> {
+            (0..N).map(|i| sum(&|z| (z[i] - means[i]).powi(power)) / total).collect()
+        };
+        let (second, fourth) = (central(2), central(4));
+        let deviations = second.iter().map(|square| square.sqrt()).collect();
+        let kurtoses = second.iter().zip(&fourth).map(|(two, four)| four / (two * two)).collect();
+        Self { means, deviations, kurtoses }
     }
-    let mean = first.map(|moment| moment / sum);
-    let deviation = [0, 1].map(|i| (second[i] / sum - mean[i] * mean[i]).sqrt());
-    (mean, deviation, (sum * STEP * STEP / std::f64::consts::TAU).ln())
+
+    /// Those of the posterior of a normal likelihood.
+    pub fn of_normal(normal: &Normal) -> Self {
+        let covariance = normal.covariance();
+        let deviations: Vec<f64> = covariance.diagonal().iter().map(|square| square.sqrt()).collect();
+        Self { means: normal.mean().as_slice().to_vec(), kurtoses: vec![3.0; deviations.len()], deviations }
+    }
+}
+
+/// Moments and log-evidence of a posterior over two coordinates, by quadrature on a fine grid.
+pub fn by_quadrature(likelihood: &dyn LatentLikelihood) -> (Moments, f64) {
+    const STEP: f64 = 0.01;
+    let at = |i: i32| (f64::from(i) + 0.5) * STEP;
+    let weighted: Vec<([f64; 2], f64)> = (-600..600)
+        .flat_map(|i| (-600..600).map(move |j| [at(i), at(j)]))
+        .map(|[x, y]| ([x, y], (likelihood.log_likelihood(&[x, y]) - 0.5 * (x * x + y * y)).exp()))
+        .collect();
+    let sum: f64 = weighted.iter().map(|(_, density)| density).sum();
+    (Moments::of(weighted.iter().copied()), (sum * STEP * STEP / std::f64::consts::TAU).ln())
 }
