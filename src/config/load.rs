@@ -5,10 +5,11 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, Deserializer};
+use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use super::schema::Config;
-use crate::error::{Error, Result};
+use crate::cosmology::{Background, BackgroundParameters};
+use crate::error::{Error, LineColumn, Result};
 
 /// The embedded presets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,13 +46,11 @@ impl Preset {
 /// with file, line and column.
 pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
     let path = user.unwrap_or(Path::new("preset"));
-    let fault = |problem: String| Error::Config { path: path.into(), problem };
-    let bytes = match user {
-        None => Vec::new(),
-        Some(path) => std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?,
-    };
-    let text = String::from_utf8(bytes).map_err(|_| fault("is not a TOML file: not UTF-8 text".into()))?;
-    let mut config = resolve(preset, &text).map_err(fault)?;
+    let bytes = user.map_or(Ok(Vec::new()), |path| std::fs::read(path).map_err(Error::read(path)))?;
+    let no_text =
+        |_| Error::Toml { path: path.into(), at: None, problem: "is not a TOML file: not UTF-8 text".into() };
+    let text = String::from_utf8(bytes).map_err(no_text)?;
+    let mut config = resolve(preset, path, &text)?;
     // Files named in a configuration lie where it lies.
     if let Some(folder) = user.and_then(Path::parent) {
         for file in [&mut config.haloes.catalogue, &mut config.instrument.psf_file].into_iter().flatten() {
@@ -62,26 +61,41 @@ pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
 }
 
 /// The configuration, or what is wrong with the user's text and where.
-fn resolve(preset: Preset, text: &str) -> std::result::Result<Config, String> {
-    let unreadable = |error: toml::de::Error| {
-        format!("{}{}", line_and_column(text, error.span().map(|span| span.start)), plain_words(&error))
+fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
+    let unreadable = |error: toml::de::Error| Error::Toml {
+        path: path.into(),
+        at: error.span().and_then(|span| line_and_column(text, span.start)),
+        problem: plain_words(&error),
     };
     let mut merged = DeTable::parse(preset.toml()).map_err(unreadable)?;
     let user = DeTable::parse(text).map_err(unreadable)?;
     overlay(merged.get_mut(), user.get_ref());
-    let config = Config::deserialize(Deserializer::from(merged).into_deserializer()).map_err(|error| {
-        let start = key_in_section(user.get_ref(), &error).or(error.span().map(|span| span.start));
-        format!("{}{}", line_and_column(text, start), plain_words(&error))
-    })?;
-    config.validate().map_err(|error| match &error {
-        Error::OutOfRange { what, .. } => format!("{}{error}", place(text, user.get_ref(), what)),
+    let of_key = |key: String, cause: Error| Error::Config {
+        path: path.into(),
+        at: start_of(user.get_ref(), &key).and_then(|start| line_and_column(text, start)),
+        key: Some(key),
+        cause: Box::new(cause),
+    };
+    // serde would turn the fault of a key of this section into text.
+    if let Some(cosmology) = merged.get_ref().get("cosmology").cloned()
+        && let Ok(parameters) = BackgroundParameters::deserialize(ValueDeserializer::from(cosmology))
+        && let Err(fault) = Background::try_from(parameters)
+    {
+        return Err(match &fault {
+            Error::OutOfRange { what, .. } => of_key(format!("cosmology.{what}"), fault),
+            _ => fault,
+        });
+    }
+    let config = Config::deserialize(Deserializer::from(merged).into_deserializer()).map_err(unreadable)?;
+    config.validate().map_err(|fault| match &fault {
+        Error::OutOfRange { what, .. } => of_key(what.clone(), fault),
         Error::MassDefinition { .. } => {
             let keys = ["haloes.mass_definition", "haloes.mass_function"];
             let haloes = user.get_ref().get("haloes").and_then(|section| section.get_ref().as_table());
             let key = keys[usize::from(!haloes.is_some_and(|h| h.contains_key("mass_definition")))];
-            format!("{}{key}: {error}", place(text, user.get_ref(), key))
+            of_key(key.into(), fault)
         }
-        _ => error.to_string(),
+        _ => fault,
     })?;
     Ok(config)
 }
@@ -106,13 +120,6 @@ fn overlay<'i>(base: &mut DeTable<'i>, top: &DeTable<'i>) {
     }
 }
 
-/// Where the key lies with which a message such as "omega_m is 2, but …" about a whole section begins.
-fn key_in_section(user: &DeTable, error: &toml::de::Error) -> Option<usize> {
-    let key = error.message().split(' ').next()?;
-    let section = user.values().find(|section| Some(section.span()) == error.span())?;
-    Some(section.get_ref().as_table()?.get(key)?.span().start)
-}
-
 /// The message of serde without the names of Rust's types.
 fn plain_words(error: &toml::de::Error) -> String {
     let mut message = error.message().trim().replace('\n', "; ");
@@ -130,8 +137,8 @@ fn plain_words(error: &toml::de::Error) -> String {
     message
 }
 
-/// "line 3, column 8: " of a dotted key in the user's text, or nothing when it is not there.
-fn place(text: &str, table: &DeTable, dotted: &str) -> String {
+/// Where the value of a dotted key, or the innermost section that holds it, begins in the user's text.
+fn start_of(table: &DeTable, dotted: &str) -> Option<usize> {
     let mut table = table;
     let mut found = None;
     for key in dotted.split('.') {
@@ -142,14 +149,14 @@ fn place(text: &str, table: &DeTable, dotted: &str) -> String {
             _ => break,
         }
     }
-    line_and_column(text, found)
+    found
 }
 
-fn line_and_column(text: &str, start: Option<usize>) -> String {
-    let Some(before) = start.and_then(|start| text.get(..start)) else { return String::new() };
+fn line_and_column(text: &str, start: usize) -> Option<LineColumn> {
+    let before = text.get(..start)?;
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) + 1;
-    format!("line {line}, column {column}: ")
+    Some(LineColumn { line, column })
 }
 
 #[cfg(test)]
@@ -157,7 +164,8 @@ mod tests {
     use super::*;
 
     fn message(text: &str) -> String {
-        resolve(Preset::Paper, text).map_or_else(|problem| problem, |_| "accepted".into())
+        let resolved = resolve(Preset::Paper, Path::new("my.toml"), text);
+        resolved.map_or_else(|error| error.to_string().replace("my.toml: ", ""), |_| "accepted".into())
     }
 
     #[test]
@@ -171,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_user_file_changes_only_its_keys() {
-        let config = resolve(Preset::Paper, "seed = 7\n[lens]\nslope = 2.1\n").unwrap();
+        let config = resolve(Preset::Paper, Path::new(""), "seed = 7\n[lens]\nslope = 2.1\n").unwrap();
         let paper = Preset::Paper.config().unwrap();
         assert_eq!((config.seed, config.lens.slope), (7, 2.1));
         assert_eq!(config.lens.einstein_radius_arcsec, paper.lens.einstein_radius_arcsec);
@@ -217,10 +225,26 @@ mod tests {
     }
 
     #[test]
+    fn the_key_of_a_fault_is_data() {
+        for (text, wanted) in [
+            ("[cosmology]\nomega_m = 2", "cosmology.omega_m"),
+            ("[lens]\nslope = 9", "lens.slope"),
+            ("[haloes]\nmass_function = \"sheth99\"", "haloes.mass_function"),
+        ] {
+            match resolve(Preset::Paper, Path::new(""), text) {
+                Err(Error::Config { at: Some(LineColumn { line: 2, .. }), key: Some(key), .. }) => {
+                    assert_eq!(key, wanted);
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    #[test]
     fn an_epoch_replaces_that_of_the_preset() {
         let text = message("[haloes]\nepoch = { frozen = 1.0 }\n");
         assert!(text.starts_with("line 2") && text.contains("unknown variant `frozen`"), "{text}");
-        let config = resolve(Preset::Paper, "haloes.epoch.frozen_z = 0.3").unwrap();
+        let config = resolve(Preset::Paper, Path::new(""), "haloes.epoch.frozen_z = 0.3").unwrap();
         assert_eq!(config.haloes.epoch, crate::halo::Epoch::FrozenZ(0.3));
     }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cosmology::{Background, MASS_MAX_MSUN, StructureParameters};
 use crate::diagnostics::MapGrid;
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result, shortest};
 use crate::halo::concentration::ConcentrationModel;
 use crate::halo::mass_function::MassFunctionModel;
 use crate::halo::{Epoch, MassDefinition, PopulationLimits};
@@ -217,42 +217,34 @@ impl Config {
             other => other,
         })?;
         let los = &self.line_of_sight;
-        require(
-            los.z_source > 0.0 && los.z_source <= 20.0,
-            "line_of_sight.z_source",
-            los.z_source,
-            "above 0 and at most 20",
-        )?;
-        require(
-            los.z_lens > 0.0 && los.z_lens < los.z_source,
+        Domain::above_to(0.0, 20.0).check("line_of_sight.z_source", los.z_source)?;
+        let before_source = format!("above 0 and below z_source = {}", los.z_source);
+        Domain::inside(0.0, los.z_source).check_in_words(
             "line_of_sight.z_lens",
             los.z_lens,
-            &format!("above 0 and below z_source = {}", los.z_source),
+            &before_source,
         )?;
         los.accuracy_arcsec.validate("line_of_sight.accuracy_arcsec")?;
         self.haloes.validate(&self.structure, los.z_source)?;
-        let d = &self.diagnostics;
-        require(d.theta_e_arcsec > 0.0, "diagnostics.theta_e_arcsec", d.theta_e_arcsec, "positive")?;
-        require(d.delta_threshold > 0.0, "diagnostics.delta_threshold", d.delta_threshold, "positive")?;
-        require(d.kappa_warning > 0.0, "diagnostics.kappa_warning", d.kappa_warning, "positive")?;
-        let lens = &self.lens;
-        require(
-            lens.einstein_radius_arcsec >= 0.0,
-            "lens.einstein_radius_arcsec",
-            lens.einstein_radius_arcsec,
-            "zero or positive",
-        )?;
-        require(lens.slope > 1.0 && lens.slope < 3.0, "lens.slope", lens.slope, "above 1 and below 3")?;
+        let (d, lens, maps) = (&self.diagnostics, &self.lens, &self.maps);
+        for (key, value, domain) in [
+            ("diagnostics.theta_e_arcsec", d.theta_e_arcsec, Domain::POSITIVE),
+            ("diagnostics.delta_threshold", d.delta_threshold, Domain::POSITIVE),
+            ("diagnostics.kappa_warning", d.kappa_warning, Domain::POSITIVE),
+            ("lens.einstein_radius_arcsec", lens.einstein_radius_arcsec, Domain::NON_NEGATIVE),
+            ("lens.slope", lens.slope, Domain::inside(1.0, 3.0)),
+            ("maps.points", maps.points as f64, Domain::from_to(2.0, 2048.0)),
+            ("maps.half_width_arcsec", maps.half_width_arcsec, Domain::POSITIVE),
+        ] {
+            domain.check(key, value)?;
+        }
         ellipticity("lens", lens.e1, lens.e2)?;
         self.source.validate("source")?;
         if let Some(light) = &self.lens_light {
             light.validate("lens_light")?;
         }
         self.instrument.validate()?;
-        SkyGrid::new(self.image.pixels, self.instrument.pixel_scale_arcsec)?;
-        let maps = &self.maps;
-        require((2..=2048).contains(&maps.points), "maps.points", maps.points as f64, "from 2 to 2048")?;
-        require(maps.half_width_arcsec > 0.0, "maps.half_width_arcsec", maps.half_width_arcsec, "positive")
+        SkyGrid::new(self.image.pixels, self.instrument.pixel_scale_arcsec).map(drop)
     }
 }
 
@@ -269,36 +261,26 @@ impl HaloConfig {
 
     fn validate(&self, structure: &StructureParameters, z_source: f64) -> Result<()> {
         let tabulated = format!("from {HALO_MASS_MIN_MSUN:e} to {MASS_MAX_MSUN:e}");
-        let inside = |m: f64| (HALO_MASS_MIN_MSUN..=MASS_MAX_MSUN).contains(&m);
-        require(inside(self.mass_min_msun), "haloes.mass_min_msun", self.mass_min_msun, &tabulated)?;
-        require(inside(self.mass_max_msun), "haloes.mass_max_msun", self.mass_max_msun, &tabulated)?;
-        require(
-            self.mass_max_msun > self.mass_min_msun,
-            "haloes.mass_max_msun",
-            self.mass_max_msun,
-            &format!("above haloes.mass_min_msun = {:e}", self.mass_min_msun),
-        )?;
-        require(self.radius_cmpc > 0.0, "haloes.radius_cmpc", self.radius_cmpc, "positive")?;
-        require(
-            self.min_point_shear >= 0.0,
-            "haloes.min_point_shear",
-            self.min_point_shear,
-            "zero or positive",
-        )?;
+        let masses = Domain::from_to(HALO_MASS_MIN_MSUN, MASS_MAX_MSUN);
+        masses.check_in_words("haloes.mass_min_msun", self.mass_min_msun, &tabulated)?;
+        masses.check_in_words("haloes.mass_max_msun", self.mass_max_msun, &tabulated)?;
+        let above_least = format!("above haloes.mass_min_msun = {:e}", self.mass_min_msun);
+        let above = Domain::above(self.mass_min_msun);
+        above.check_in_words("haloes.mass_max_msun", self.mass_max_msun, &above_least)?;
+        Domain::POSITIVE.check("haloes.radius_cmpc", self.radius_cmpc)?;
+        Domain::NON_NEGATIVE.check("haloes.min_point_shear", self.min_point_shear)?;
         let scatter = self.concentration_scatter_dex;
-        require((0.0..=1.0).contains(&scatter), "haloes.concentration_scatter_dex", scatter, "from 0 to 1")?;
+        Domain::from_to(0.0, 1.0).check("haloes.concentration_scatter_dex", scatter)?;
         let z_max = match self.epoch {
             Epoch::Evolving => z_source,
-            Epoch::FrozenZ(z) => {
-                require((0.0..=20.0).contains(&z), "haloes.epoch.frozen_z", z, "from 0 to 20")?;
-                z
-            }
+            Epoch::FrozenZ(z) => Domain::from_to(0.0, 20.0).check("haloes.epoch.frozen_z", z)?,
         };
         if let Some(h0) = self.h_units_h0_km_s_mpc {
-            require(h0 > 0.0, "haloes.h_units_h0_km_s_mpc", h0, "positive")?;
+            Domain::POSITIVE.check("haloes.h_units_h0_km_s_mpc", h0)?;
         }
         if let Some(kappa) = self.max_kappa {
-            require(kappa > 0.0, "haloes.max_kappa", kappa, "positive, or left out to keep all haloes")?;
+            let allowed = "positive, or left out to keep all haloes";
+            Domain::POSITIVE.check_in_words("haloes.max_kappa", kappa, allowed)?;
         }
         match (self.profile, self.truncation_over_r_s) {
             (HaloProfile::TruncatedNfw, None) => {
@@ -308,7 +290,7 @@ impl HaloConfig {
                     "given when haloes.profile = \"truncated-nfw\", and positive",
                 ));
             }
-            (_, Some(tau)) => require(tau > 0.0, "haloes.truncation_over_r_s", tau, "positive")?,
+            (_, Some(tau)) => Domain::POSITIVE.check("haloes.truncation_over_r_s", tau).map(drop)?,
             (HaloProfile::Nfw, None) => {}
         }
         self.validate_relations(structure, z_max)
@@ -332,15 +314,13 @@ impl HaloConfig {
 
 impl LightConfig {
     fn validate(&self, table: &str) -> Result<()> {
-        let usable = (-100.0..=100.0).contains(&self.magnitude);
-        require(usable, &format!("{table}.magnitude"), self.magnitude, "from -100 to 100")?;
-        require(self.radius_arcsec > 0.0, &format!("{table}.radius_arcsec"), self.radius_arcsec, "positive")?;
-        require(
-            (0.3..=10.0).contains(&self.sersic_index),
-            &format!("{table}.sersic_index"),
-            self.sersic_index,
-            "from 0.3 to 10",
-        )?;
+        for (key, value, domain) in [
+            ("magnitude", self.magnitude, Domain::from_to(-100.0, 100.0)),
+            ("radius_arcsec", self.radius_arcsec, Domain::POSITIVE),
+            ("sersic_index", self.sersic_index, Domain::from_to(0.3, 10.0)),
+        ] {
+            domain.check(&format!("{table}.{key}"), value)?;
+        }
         ellipticity(table, self.e1, self.e2)
     }
 }
@@ -348,8 +328,10 @@ impl LightConfig {
 fn ellipticity(table: &str, e1: Option<f64>, e2: Option<f64>) -> Result<()> {
     match (e1, e2) {
         (None, None) => Ok(()),
-        (Some(e1), Some(e2)) => {
-            require(e1.hypot(e2) < 1.0, &format!("{table}.e1"), e1, "such that √(e1² + e2²) is below 1")
+        (Some(e1), Some(e2)) if e1.hypot(e2) < 1.0 => Ok(()),
+        (Some(e1), Some(_)) => {
+            let allowed = "such that √(e1² + e2²) is below 1";
+            Err(Error::out_of_range(&format!("{table}.e1"), shortest(e1), allowed))
         }
         (Some(_), None) => {
             Err(Error::out_of_range(&format!("{table}.e2"), "missing", "given together with e1"))

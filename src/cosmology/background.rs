@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::constants::{CRITICAL_DENSITY_MSUN_MPC3_PER_H0_SQUARED, SPEED_OF_LIGHT_KM_S};
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 use crate::numerics::quadrature::unit_rule;
 
 /// The two numbers that fix a [`Background`], as a configuration file holds them.
@@ -41,8 +41,8 @@ pub struct Background {
 impl Background {
     /// Background with `h0_km_s_mpc` > 0 and 0 < `omega_m` ≤ 1 (1 is Einstein–de Sitter).
     pub fn new(h0_km_s_mpc: f64, omega_m: f64) -> Result<Self> {
-        require(h0_km_s_mpc > 0.0, "h0_km_s_mpc", h0_km_s_mpc, "positive")?;
-        require(omega_m > 0.0 && omega_m <= 1.0, "omega_m", omega_m, "above 0 and at most 1")?;
+        Domain::POSITIVE.check("h0_km_s_mpc", h0_km_s_mpc)?;
+        Domain::above_to(0.0, 1.0).check("omega_m", omega_m)?;
         Ok(Self { h0_km_s_mpc, omega_m })
     }
 

@@ -8,7 +8,7 @@ use super::background::Background;
 use super::eisenstein98::Eisenstein98;
 use super::growth::Growth;
 use super::variance::{VarianceInput, tabulate_ln_sigma};
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 use crate::numerics::spline::UniformSpline;
 
 /// Linear overdensity at collapse of a top-hat sphere in Einstein–de Sitter, (3/20)(12π)^(2/3).
@@ -56,15 +56,11 @@ impl StructureParameters {
     /// The first parameter outside the range its field states.
     pub fn validate(&self) -> Result<()> {
         Background::new(self.h0_km_s_mpc, self.omega_m)?;
-        require(
-            self.omega_b > 0.0 && self.omega_b < self.omega_m,
-            "omega_b",
-            self.omega_b,
-            "above 0 and below omega_m (the Eisenstein-Hu fit needs baryons)",
-        )?;
-        require(self.sigma8 > 0.0, "sigma8", self.sigma8, "positive")?;
-        require((0.5..=1.5).contains(&self.n_s), "n_s", self.n_s, "from 0.5 to 1.5")?;
-        require((1.0..=5.0).contains(&self.t_cmb_k), "t_cmb_k", self.t_cmb_k, "from 1 to 5 K")
+        let allowed = "above 0 and below omega_m (the Eisenstein-Hu fit needs baryons)";
+        Domain::inside(0.0, self.omega_m).check_in_words("omega_b", self.omega_b, allowed)?;
+        Domain::POSITIVE.check("sigma8", self.sigma8)?;
+        Domain::from_to(0.5, 1.5).check("n_s", self.n_s)?;
+        Domain::from_to(1.0, 5.0).check_in_words("t_cmb_k", self.t_cmb_k, "from 1 to 5 K").map(drop)
     }
 }
 
@@ -128,7 +124,7 @@ impl LinearTheory {
     /// and n = 5.597 Mpc⁻³ is 5.662 Mpc⁻³ × (67.4/67.66)³. Masses then count as M·h′/h in the table
     /// and the mean density scales as (h′/h)². Redshift dependences do not change.
     pub fn in_hubble_units_of(mut self, h0_km_s_mpc: f64) -> Result<Self> {
-        require(h0_km_s_mpc > 0.0, "h0_km_s_mpc", h0_km_s_mpc, "positive")?;
+        Domain::POSITIVE.check("h0_km_s_mpc", h0_km_s_mpc)?;
         self.unit_h0_km_s_mpc = h0_km_s_mpc;
         self.ln_mass_shift = (h0_km_s_mpc / self.parameters.h0_km_s_mpc).ln();
         Ok(self)

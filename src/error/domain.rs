@@ -91,15 +91,19 @@ impl Domain {
     /// # Errors
     /// [`Error::OutOfRange`] with the name `what`, the value and this domain.
     pub fn check(self, what: &str, value: f64) -> Result<f64> {
+        self.check_in_words(what, value, &self.to_string())
+    }
+
+    /// `value` itself where it is allowed; `allowed` says the domain in words of its own, such as what bounds it.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn check_in_words(self, what: &str, value: f64, allowed: &str) -> Result<f64> {
         if self.contains(value) {
             return Ok(value);
         }
-        let allowed = match self {
-            Self::FINITE => self.to_string(),
-            _ if value.is_finite() => self.to_string(),
-            _ => format!("a finite number, {self}"),
-        };
-        Err(Error::out_of_range(what, shortest(value), &allowed))
+        let finite = if value.is_finite() || self == Self::FINITE { "" } else { "a finite number, " };
+        Err(Error::out_of_range(what, shortest(value), &format!("{finite}{allowed}")))
     }
 }
 

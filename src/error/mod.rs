@@ -1,6 +1,7 @@
 //! The one error type: what was wrong, where, and what is allowed.
 
 mod domain;
+mod hint;
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +10,29 @@ pub use domain::Domain;
 /// Result with haloray's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Everything that can go wrong, each with the cure in its text.
+/// What a table was to hold, for the hint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TableKind {
+    /// Haloes.
+    Haloes,
+    /// Points on the sky.
+    Points,
+    /// The truths of a catalogue of mocks.
+    Truth,
+    /// Anything else.
+    Other,
+}
+
+/// A line of a text and a place in it, both counted from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LineColumn {
+    /// Line.
+    pub line: usize,
+    /// Column, in characters.
+    pub column: usize,
+}
+
+/// Everything that can go wrong: what was wrong, where, what is allowed; [`hint`](Error::hint) says what helps.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -18,6 +41,17 @@ pub enum Error {
     OutOfRange {
         /// The name of the quantity, with its unit.
         what: String,
+        /// The value given.
+        value: String,
+        /// The values allowed.
+        allowed: String,
+    },
+
+    /// An option of the command line lies outside its domain.
+    #[error("{option} is {value}, but must be {allowed}")]
+    Argument {
+        /// The option, `--z-source`.
+        option: String,
         /// The value given.
         value: String,
         /// The values allowed.
@@ -35,9 +69,80 @@ pub enum Error {
         allowed: &'static str,
     },
 
+    /// A key of a configuration has a value that cannot be used.
+    #[error("{}: {}{}{cause}", path.display(), place(at), key_before(key, cause))]
+    Config {
+        /// The file, or `preset`.
+        path: PathBuf,
+        /// Where the value stands, if it stands in the file.
+        at: Option<LineColumn>,
+        /// The dotted key, where the fault is one key's.
+        key: Option<String>,
+        /// What is wrong with the value.
+        cause: Box<Error>,
+    },
+
+    /// A configuration is no TOML, or has unknown keys or wrong types.
+    #[error("{}: {}{problem}", path.display(), place(at))]
+    Toml {
+        /// The file, or `preset`.
+        path: PathBuf,
+        /// Where.
+        at: Option<LineColumn>,
+        /// What is wrong and what is allowed.
+        problem: String,
+    },
+
+    /// No built-in model has this name.
+    #[error("the model is {name}, but must be {allowed}")]
+    ModelName {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        allowed: String,
+    },
+
+    /// A model to fit cannot be used.
+    #[error("{model}: {problem}")]
+    Model {
+        /// Its file, or its name if it is built in.
+        model: String,
+        /// What is wrong, where, and what is allowed.
+        problem: String,
+    },
+
+    /// A lens model in JSON cannot be used.
+    #[error("{}: {problem}", path.display())]
+    LensModel {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what is allowed.
+        problem: String,
+    },
+
+    /// An image cannot be fitted: a keyword or an extension is missing or wrong.
+    #[error("{}: {problem}", path.display())]
+    Observation {
+        /// The file.
+        path: PathBuf,
+        /// The keyword, extension or pixel, and what is allowed.
+        problem: String,
+    },
+
+    /// A file or an extension is no kernel of a point-spread function.
+    #[error("{}: {problem}", path.display())]
+    PsfKernel {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what is allowed.
+        problem: String,
+    },
+
     /// A table (CSV, HDF5 or FITS) cannot be used.
     #[error("{}: {place}: {problem}", path.display())]
     Table {
+        /// What it was to hold.
+        kind: TableKind,
         /// The file.
         path: PathBuf,
         /// Line, row or column.
@@ -46,21 +151,30 @@ pub enum Error {
         problem: String,
     },
 
-    /// A file is not what its name says, or is damaged.
+    /// A file is not of the format that its name or use says.
     #[error("{}: {problem}", path.display())]
-    Format {
+    UnknownFormat {
         /// The file.
         path: PathBuf,
         /// What is wrong and what is allowed.
         problem: String,
     },
 
-    /// The configuration file cannot be used; the text carries line and column.
+    /// A file ends early or contradicts itself.
     #[error("{}: {problem}", path.display())]
-    Config {
+    Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong, where, and what is allowed.
+        /// What is wrong.
+        problem: String,
+    },
+
+    /// A sound file does not hold what is looked for.
+    #[error("{}: {problem}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What is missing, and what there is.
         problem: String,
     },
 
@@ -96,30 +210,104 @@ pub enum Error {
     Cancelled,
 }
 
+/// Shorthands for variants that name a file and a problem.
+macro_rules! of_file {
+    ($($name:ident => $variant:ident),*) => {
+        impl Error {
+            $(
+                #[doc = concat!("Shorthand for [`Error::", stringify!($variant), "`].")]
+                pub fn $name(path: &Path, problem: impl ToString) -> Self {
+                    Self::$variant { path: path.into(), problem: problem.to_string() }
+                }
+            )*
+        }
+    };
+}
+
+of_file!(lens_model => LensModel, observation => Observation, psf_kernel => PsfKernel,
+         unknown_format => UnknownFormat, damaged => Damaged, content => Content, write => Write);
+
 impl Error {
     /// Shorthand for [`Error::OutOfRange`].
     pub fn out_of_range(what: &str, value: impl ToString, allowed: &str) -> Self {
         Self::OutOfRange { what: what.into(), value: value.to_string(), allowed: allowed.into() }
     }
 
-    /// Shorthand for [`Error::Table`].
+    /// Shorthand for [`Error::Argument`].
+    pub fn argument(option: &str, value: impl ToString, allowed: &str) -> Self {
+        Self::Argument { option: option.into(), value: value.to_string(), allowed: allowed.into() }
+    }
+
+    /// Shorthand for [`Error::Table`] of a kind that the caller of the reader may add.
     pub fn table(path: &Path, place: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self::Table { path: path.into(), place: place.into(), problem: problem.into() }
+        let (path, place, problem) = (path.into(), place.into(), problem.into());
+        Self::Table { kind: TableKind::Other, path, place, problem }
     }
 
-    /// Shorthand for [`Error::Format`].
-    pub fn format(path: &Path, problem: impl Into<String>) -> Self {
-        Self::Format { path: path.into(), problem: problem.into() }
+    /// Shorthand for [`Error::Read`], as a closure for `map_err`.
+    pub fn read(path: &Path) -> impl Fn(std::io::Error) -> Self + Copy {
+        move |source| Self::Read { path: path.into(), source }
     }
 
-    /// Shorthand for [`Error::Write`].
-    pub fn write(path: &Path, problem: impl ToString) -> Self {
-        Self::Write { path: path.into(), problem: problem.to_string() }
+    /// The fault of a table with what the table was to hold.
+    pub fn in_table(self, kind: TableKind) -> Self {
+        match self {
+            Self::Table { path, place, problem, .. } => Self::Table { kind, path, place, problem },
+            other => other,
+        }
+    }
+
+    /// A number outside its domain, or content that is missing, told as the fault of this file.
+    pub fn in_file(self, path: &Path, make: fn(&Path, String) -> Self) -> Self {
+        match self {
+            Self::OutOfRange { .. } => make(path, self.to_string()),
+            Self::Content { problem, .. } => make(path, problem),
+            other => other,
+        }
+    }
+
+    /// A number outside its domain told as the fault of this model.
+    pub fn in_model(self, model: &str) -> Self {
+        match self {
+            Self::OutOfRange { .. } => Self::Model { model: model.into(), problem: self.to_string() },
+            other => other,
+        }
+    }
+
+    /// The quantity `what` told as the option of the command line that set it.
+    pub fn named(self, what: &str, option: &str) -> Self {
+        match self {
+            Self::OutOfRange { what: own, value, allowed } if own == what => {
+                Self::Argument { option: option.into(), value, allowed }
+            }
+            other => other,
+        }
+    }
+
+    /// Puts the final name of a file in place of the temporary one under which it is written.
+    pub fn at_path(mut self, final_path: &Path) -> Self {
+        if let Self::Write { path, .. } | Self::Table { path, .. } | Self::Content { path, .. } = &mut self {
+            *path = final_path.into();
+        }
+        self
     }
 
     /// True when the input is to blame (exit code 2), false when the run failed (exit code 1).
     pub fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Write { .. } | Self::Cancelled)
+    }
+}
+
+/// `line 3, column 8: `, or nothing.
+fn place(at: &Option<LineColumn>) -> String {
+    at.map_or_else(String::new, |at| format!("line {}, column {}: ", at.line, at.column))
+}
+
+/// The key before a cause that does not name it.
+fn key_before(key: &Option<String>, cause: &Error) -> String {
+    match (key, cause) {
+        (Some(key), Error::MassDefinition { .. }) => format!("{key}: "),
+        _ => String::new(),
     }
 }
 

@@ -5,6 +5,6 @@ mod documents;
 
 pub use containers::{
     AttributeValue, Column, Provenance, RunFile, Staging, Table, Values, check_writable, read_checkpoint,
-    write_atomically, write_checkpoint,
+    remove_temporaries, write_atomically, write_checkpoint, write_text,
 };
 pub use documents::*;

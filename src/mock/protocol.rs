@@ -165,7 +165,7 @@ impl Protocol {
         match name {
             "paper" => Ok(Self::paper()),
             "text" => Ok(Self::text()),
-            _ => Err(Error::out_of_range("--preset", name, &Self::NAMES.join(" or "))),
+            _ => Err(Error::argument("--preset", name, &Self::NAMES.join(" or "))),
         }
     }
 }

@@ -97,14 +97,15 @@ pub fn calibrate(
         min_ess: ESS_LIMIT,
         seed,
     };
-    monitor.begin("fits", Some(number as u64));
+    let task = monitor.task("fits", Some(number as u64));
     let fits = one_core_each(number as u64, |i| {
+        task.check()?;
         let (truths, observation, seed) = system(&model, seed, i)?;
         let fit = Fit::run(observation, model.clone(), FitSettings { seed, ..settings }, None, |_| Ok(()))?;
-        monitor.advance(1);
+        task.advance(1);
         compare(&fit, truths)
     });
-    monitor.end();
+    drop(task);
     Ok((model, fits?))
 }
 

@@ -37,20 +37,19 @@ pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], monitor: &dyn Monitor
     cuts.dedup();
     let mut config = config.clone();
     config.haloes.min_point_shear = cuts.last().copied().unwrap_or(config.haloes.min_point_shear);
-    monitor.begin("haloes", None);
-    let haloes = populate(&config, None, 0, &Silent)?;
-    monitor.end();
+    let haloes = populate(&config, None, 0, monitor)?;
     let shapes = LensAndSource::resolve(&config, 0);
-    monitor.begin("cuts", Some(cuts.len() as u64));
+    let task = monitor.task("cuts", Some(cuts.len() as u64));
     let mut rows = Vec::with_capacity(cuts.len());
     for min_point_shear in cuts {
+        task.check()?;
         let keep = passes_shear_cut(&haloes.catalogue, &config.cosmology, min_point_shear)?;
         let sight = line_of_sight(&config, &haloes, &haloes.catalogue.select(&keep))?;
         let view = View::through(&config, &sight, &shapes, psf, (0, Stage::NoiseImage), &Silent)?;
-        monitor.advance(1);
+        task.advance(1);
         rows.push(CutRow { min_point_shear, view, image_over_noise: Vec::new() });
     }
-    monitor.end();
+    drop(task);
     let loosest = rows.last().map(|row| row.view.exposure.noise_free_e_s.clone()).unwrap_or_default();
     let instrument = &config.instrument;
     let sigma =

@@ -53,17 +53,16 @@ pub fn simulate(
 ) -> Result<Simulation> {
     let haloes = populate(config, inputs.catalogue, realisation, monitor)?;
 
-    monitor.begin("tidal variation of each halo", None);
+    let task = monitor.task("tidal variation of each halo", None);
     let halo_tidal = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?;
     let in_tidal_regime = haloes.catalogue.select(&halo_tidal.within(config.diagnostics.delta_threshold));
-    monitor.end();
+    drop(task);
 
     let shapes = LensAndSource::resolve(config, realisation);
     let view = |name: &str, sight, stage| {
-        monitor.begin(name, None);
-        let view = View::through(config, sight, &shapes, &inputs.psf, (realisation, stage), monitor);
-        monitor.end();
-        view
+        monitor.check()?;
+        let _task = monitor.task(name, None);
+        View::through(config, sight, &shapes, &inputs.psf, (realisation, stage), monitor)
     };
     let sight = line_of_sight(config, &haloes, &haloes.catalogue)?;
     let all = view("image through all haloes", &sight, Stage::NoiseAllHaloes)?;

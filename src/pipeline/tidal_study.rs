@@ -150,16 +150,14 @@ pub fn tidal_study(
     tidal_only: bool,
     monitor: &dyn Monitor,
 ) -> Result<Vec<TidalResidual>> {
-    monitor.begin("tidal and flexion residuals", Some(n));
-    let rows = (0..n)
-        .map(|sightline| {
-            let row = tidal_residual(config, sightline, tidal_only);
-            monitor.advance(1);
-            row
-        })
-        .collect();
-    monitor.end();
-    rows
+    let task = monitor.task("tidal and flexion residuals", Some(n));
+    let residual = |sightline| {
+        task.check()?;
+        let row = tidal_residual(config, sightline, tidal_only);
+        task.advance(1);
+        row
+    };
+    (0..n).map(residual).collect()
 }
 
 /// Root mean square of the numbers among `values`.

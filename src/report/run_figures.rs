@@ -61,7 +61,7 @@ fn saved_curves(file: &RunFile, parent: &str) -> Result<Option<CriticalCurves>> 
 fn open(path: &Path) -> Result<(RunFile, Config)> {
     let file = RunFile::open(path)?;
     let config = toml::from_str(&file.provenance()?.config_toml)
-        .map_err(|e| Error::format(path, format!("holds no configuration of this version: {e}")))?;
+        .map_err(|e| Error::content(path, format!("holds no configuration of this version: {e}")))?;
     Ok((file, config))
 }
 

@@ -1,6 +1,8 @@
-//! Progress bars on stderr, and how long each stage took.
+//! The terminal's side of the monitor: progress bars on stderr, how long each stage took, what is kept when stopped.
 
-use std::sync::Mutex;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use haloray::monitor::Monitor;
@@ -9,8 +11,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Draws a bar for the stage that runs and remembers the seconds of those that ended.
 pub struct Bars {
     quiet: bool,
+    cancelled: AtomicBool,
     running: Mutex<Vec<Stage>>,
     ended: Mutex<Vec<(String, Duration)>>,
+    kept: Mutex<Option<(&'static str, PathBuf)>>,
 }
 
 struct Stage {
@@ -21,7 +25,13 @@ struct Stage {
 
 impl Bars {
     pub fn new(quiet: bool) -> Self {
-        Self { quiet, running: Mutex::default(), ended: Mutex::default() }
+        Self {
+            quiet,
+            cancelled: AtomicBool::new(false),
+            running: Mutex::default(),
+            ended: Mutex::default(),
+            kept: Mutex::default(),
+        }
     }
 
     pub fn is_quiet(&self) -> bool {
@@ -38,15 +48,30 @@ impl Bars {
 
     /// Ends every stage that runs.
     pub fn finish(&self) {
-        while !self.running.lock().unwrap_or_else(|e| e.into_inner()).is_empty() {
+        while !lock(&self.running).is_empty() {
             self.end();
         }
     }
 
     /// The stages that ended, in order, with their seconds.
     pub fn seconds(&self) -> Vec<(String, f64)> {
-        let ended = self.ended.lock().unwrap_or_else(|e| e.into_inner());
-        ended.iter().map(|(name, time)| (name.clone(), time.as_secs_f64())).collect()
+        lock(&self.ended).iter().map(|(name, time)| (name.clone(), time.as_secs_f64())).collect()
+    }
+
+    /// Says what of the command outlives an interruption, once `path` is there: the same command continues with it.
+    pub fn keeps(&self, what: &'static str, path: &Path) {
+        *lock(&self.kept) = Some((what, path.into()));
+    }
+
+    /// What is there to continue with.
+    pub fn kept(&self) -> Option<(&'static str, PathBuf)> {
+        lock(&self.kept).clone().filter(|(_, path)| path.exists())
+    }
+
+    /// Tells the work to stop and takes the bars off the terminal.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+        lock(&self.running).iter().for_each(|stage| stage.bar.finish_and_clear());
     }
 }
 
@@ -58,36 +83,40 @@ impl Monitor for Bars {
             }
             None => ProgressBar::new_spinner().with_style(style("{spinner} {elapsed}")),
         };
-        bar.set_draw_target(if self.quiet {
-            ProgressDrawTarget::hidden()
-        } else {
-            ProgressDrawTarget::stderr()
-        });
+        let mut running = lock(&self.running);
+        let hidden = self.quiet || self.is_cancelled();
+        bar.set_draw_target(if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
         bar.set_message(stage.to_string());
         bar.enable_steady_tick(Duration::from_millis(100));
-        let stage = Stage { name: stage.into(), start: Instant::now(), bar };
-        self.running.lock().unwrap_or_else(|e| e.into_inner()).push(stage);
+        running.push(Stage { name: stage.into(), start: Instant::now(), bar });
     }
 
     fn advance(&self, units: u64) {
-        if let Some(stage) = self.running.lock().unwrap_or_else(|e| e.into_inner()).last() {
+        if let Some(stage) = lock(&self.running).last().filter(|_| !self.is_cancelled()) {
             stage.bar.inc(units);
         }
     }
 
     fn tell(&self, message: &str) {
-        if let Some(stage) = self.running.lock().unwrap_or_else(|e| e.into_inner()).last() {
+        if let Some(stage) = lock(&self.running).last().filter(|_| !self.is_cancelled()) {
             stage.bar.set_message(message.to_string());
         }
     }
 
     fn end(&self) {
-        if let Some(stage) = self.running.lock().unwrap_or_else(|e| e.into_inner()).pop() {
+        if let Some(stage) = lock(&self.running).pop() {
             stage.bar.finish_and_clear();
-            let mut ended = self.ended.lock().unwrap_or_else(|e| e.into_inner());
-            ended.push((stage.name, stage.start.elapsed()));
+            lock(&self.ended).push((stage.name, stage.start.elapsed()));
         }
     }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 fn style(rest: &str) -> ProgressStyle {

@@ -1,6 +1,5 @@
 //! `haloray study catalogue`: every image of a catalogue with every model; precision, accuracy, outliers.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -8,7 +7,7 @@ use haloray::imaging::PixelSampling;
 use haloray::inference::model::ModelDescription;
 use haloray::io::{
     CATALOGUE_GROUP, Provenance, TrueShear, read_observation, read_recovery, read_truth_table,
-    write_atomically, write_recovery,
+    write_recovery, write_text,
 };
 use haloray::mock::ShearRecovery;
 use haloray::pipeline::{CatalogueImage, CatalogueSettings, fit_catalogue};
@@ -79,6 +78,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
         })
         .collect::<Result<Vec<_>>>()?;
     std::fs::create_dir_all(&output).map_err(|source| Error::OutputPlace { path: output.clone(), source })?;
+    bars.keeps("the fits that have ended", &output.join("fits"));
 
     let keys = keys(args, &images, &models, &settings)?;
     let all: Vec<(usize, usize)> =
@@ -103,7 +103,8 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
                 }
             }
             Err(error) => {
-                eprintln!("warning: no fit of {} with {}: {error}", images[task.0].name, models[task.1].name);
+                let (image, model) = (&images[task.0].name, &models[task.1].name);
+                crate::warn(format_args!("no fit of {image} with {model}: {error}"));
             }
         }
         Ok(())
@@ -185,11 +186,7 @@ fn write(report: &CatalogueReport, output: &Path, provenance: &Provenance) -> Re
     files.push(fits);
     let mut text = |name: &str, content: String| {
         let path = output.join(name);
-        write_atomically(&path, |place| {
-            let written =
-                std::fs::File::create(place).and_then(|mut file| file.write_all(content.as_bytes()));
-            written.map_err(|e| Error::write(place, e))
-        })?;
+        write_text(&path, &content)?;
         files.push(path);
         Ok::<(), Error>(())
     };

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use haloray::Result;
-use haloray::error::require;
+use haloray::error::Domain;
 use haloray::io::{Column, RAYS_GROUP, Staging, Table};
 use haloray::pipeline::{CutRow, cut_study};
 use haloray::report::{cut_figure, markdown_table, result_text, stage_figure};
 
 use crate::bars::Bars;
 use crate::output::finish_study;
-use crate::settings::{Settings, Tracing, provenance, psf};
+use crate::settings::{Settings, Tracing, of_option, provenance, psf};
 use crate::summary::grouped;
 
 /// What the shear cut does to κ, γ, F, Δ and the image of one line of sight.
@@ -39,7 +39,7 @@ pub fn run(args: &CutArgs, bars: &Bars) -> Result<()> {
     let mut config = args.settings.resolve()?;
     args.tracing.apply(&mut config);
     for &cut in &args.cuts {
-        require((0.0..1.0).contains(&cut), "--cuts", cut, "at least 0 and below 1")?;
+        of_option(Domain::from_below(0.0, 1.0), "--cuts", cut, "at least 0 and below 1")?;
     }
     let (psf, provenance) = (psf(&config)?, provenance(&config)?);
     let staging = Staging::begin(&args.output)?;

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use haloray::Result;
-use haloray::error::require;
+use haloray::error::Domain;
 
-use crate::settings::Cosmology;
+use crate::settings::{Cosmology, of_option};
 
 /// Print distances between us, given redshifts and, if one is given, a source.
 ///
@@ -26,7 +26,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let background = args.cosmology.background()?;
     for &z in args.z.iter().chain(&args.z_source) {
-        require((0.0..=1100.0).contains(&z), "redshift", z, "from 0 to 1100")?;
+        of_option(Domain::from_to(0.0, 1100.0), "redshift", z, "from 0 to 1100")?;
     }
     let mut text = String::from("z,comoving_mpc,angular_diameter_mpc");
     if args.z_source.is_some() {

@@ -134,7 +134,7 @@ pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Resul
         SamplerSettings::EnsembleSlice(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
         SamplerSettings::Stretch(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
         SamplerSettings::Nested(_) => {
-            return Err(Error::out_of_range("--max-draws", most, "left out with --sampler nested"));
+            return Err(Error::argument("--max-draws", most, "left out with --sampler nested"));
         }
     }
     Ok(settings)
@@ -180,12 +180,13 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         min_ess: args.min_ess,
         seed: args.seed,
     };
-    let model = CompiledModel::new(&description)?;
+    let model = CompiledModel::new(&description).map_err(|error| error.in_model(&description.name))?;
     let truths = args.truth.as_deref().map_or(Ok(Vec::new()), read_truths)?;
     let provenance = Provenance::new(Some(args.seed), toml_of(&description));
     let staging = Staging::begin(output)?;
 
     let checkpoint = checkpoint_path(output);
+    bars.keeps("the state of the fit", &checkpoint);
     let command = format!("{settings:?}\n{}\n{}", provenance.config_toml, fingerprint(image)?);
     let saved: Option<(SamplerRun, f64)> = read_checkpoint(&checkpoint, &command)?;
     let before = saved.as_ref().map_or(0.0, |(_, seconds)| *seconds);
@@ -257,7 +258,7 @@ fn checkpoint_path(output: &Path) -> PathBuf {
 
 /// The image's bytes in short: FNV-1a, to notice another image under the same name.
 pub fn fingerprint(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let bytes = std::fs::read(path).map_err(Error::read(path))?;
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
     });
@@ -269,15 +270,15 @@ pub fn description(model: &str) -> Result<ModelDescription> {
     if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
         return ModelDescription::built_in(model);
     }
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
     ModelDescription::parse(&text)
-        .map_err(|error| Error::Config { path: path.into(), problem: error.to_string().trim_end().into() })
+        .map_err(|error| Error::Model { model: model.into(), problem: error.to_string().trim_end().into() })
 }
 
 fn read_truths(path: &Path) -> Result<Vec<(String, f64)>> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
     let values: std::collections::BTreeMap<String, f64> = serde_json::from_str(&text)
-        .map_err(|e| Error::format(path, format!("not a JSON object of numbers by parameter name: {e}")))?;
+        .map_err(|e| Error::content(path, format!("not a JSON object of numbers by parameter name: {e}")))?;
     Ok(values.into_iter().collect())
 }
 

@@ -10,7 +10,7 @@ use haloray::report::{exposure_figure, image_file};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files};
+use crate::output::{Output, print_files, stage_figure};
 use crate::settings::{Settings, Tracing, imported_haloes, provenance, psf};
 use crate::summary::print_accuracy;
 
@@ -52,7 +52,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let output = Output::begin(&args.output, &["fits", "fit"], &inputs)?;
     if args.noise_free && matches!(output, Output::Folder(_)) {
         let allowed = "left out with a folder as output, which holds both images";
-        return Err(Error::out_of_range("--noise-free", "given", allowed));
+        return Err(Error::argument("--noise-free", "given", allowed));
     }
 
     let haloes = pipeline::populate(&config, imported, 0, bars)?;
@@ -77,7 +77,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             staging.write("image_noise_free.fits", |path| fits(&exposure.noise_free_e_s, path))?;
             let curves = view.curves.as_ref().map(|curves| curves.about(view.source_centre_arcsec));
             let figure = exposure_figure(exposure, config.instrument.background_rms_e_s(), curves.as_ref());
-            staging.write("image.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
+            stage_figure(&staging, "image", &figure)?;
             staging.commit()?
         }
     };

@@ -8,7 +8,7 @@ use haloray::report::curve_figure;
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files};
+use crate::output::{Output, print_files, stage_figure};
 use crate::settings::Cosmology;
 
 /// Find all images of a point source behind a lens model in lenstronomy's own form.
@@ -41,17 +41,17 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let source = source(&args.source)?;
     let model = read_lens_model(&args.model, &args.cosmology.background()?)?;
     let window = SkyWindow::about_axis(args.half_width_arcsec, model.lens.lens_centres_arcsec())
-        .map_err(|error| crate::settings::named(error, &[("half_width_arcsec", "--half-width-arcsec")]))?;
+        .map_err(|error| error.named("half_width_arcsec", "--half-width-arcsec"))?;
     let extensions = ["csv", "h5", "hdf5", "fits", "fit"];
     let output = args.output.as_deref();
     let output = output.map(|path| Output::begin(path, &extensions, &[Some(&args.model)])).transpose()?;
     for warning in &model.warnings {
-        eprintln!("warning: {warning}");
+        crate::warn(warning);
     }
     let mapping = model.lens.mapping();
     let found = PointImages::of(mapping, &window, source);
     if !found.is_complete() {
-        eprintln!("warning: the parities do not add up to the winding; the source may lie on a caustic");
+        crate::warn("the parities do not add up to the winding; the source may lie on a caustic");
     }
     let table = image_table(&found)?;
     let provenance = Provenance::new(None, "");
@@ -67,7 +67,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             let vertices = curve_table(&curves)?;
             staging.write("curves.csv", |path| vertices.write(path, RAYS_GROUP, &provenance))?;
             let figure = curve_figure(&curves, &found, source, args.half_width_arcsec);
-            staging.write("curves.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
+            stage_figure(&staging, "curves", &figure)?;
             staging.commit()?
         }
     };
@@ -80,7 +80,7 @@ fn source(text: &str) -> Result<[f64; 2]> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     match numbers.as_deref() {
         Some(&[x, y]) if x.is_finite() && y.is_finite() => Ok([x, y]),
-        _ => Err(Error::out_of_range("--source", text, "two numbers with a comma between them, in arcsec")),
+        _ => Err(Error::argument("--source", text, "two numbers with a comma between them, in arcsec")),
     }
 }
 

@@ -36,7 +36,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let points = read_points(&args.points)?;
     Table::check_target(&args.output)?;
     for warning in &model.warnings {
-        eprintln!("warning: {warning}");
+        crate::warn(warning);
     }
     let (theta, mapping) = (&points.theta_arcsec, model.lens.mapping());
     let rays = mapping.map(theta, Order::Jacobian);

@@ -8,8 +8,8 @@ use haloray::pipeline::{self, LensAndSource, critical_curves, line_of_sight, mai
 use haloray::report::map_figures;
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files};
-use crate::settings::{Settings, Tracing, imported_haloes, named, provenance};
+use crate::output::{Output, print_files, stage_figure};
+use crate::settings::{Settings, Tracing, imported_haloes, provenance};
 use crate::summary::print_accuracy;
 
 /// Map κ, γ1, γ2, ω, |F|, |G| and Δ of the haloes on a grid (main lens excluded).
@@ -48,7 +48,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     config.maps.points = args.grid_points.unwrap_or(config.maps.points);
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
     config.diagnostics.critical_curves |= args.curves;
-    config.validate().map_err(|error| named(error, &[("maps.half_width_arcsec", "--half-width-arcsec")]))?;
+    config.validate().map_err(|error| error.named("maps.half_width_arcsec", "--half-width-arcsec"))?;
     let imported = imported_haloes(&config)?;
     let provenance = provenance(&config)?;
     let output = Output::begin(&args.output, &["h5", "hdf5"], &[config.haloes.catalogue.as_deref()])?;
@@ -80,8 +80,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         Output::Folder(staging) => {
             staging.write("maps.h5", write)?;
             for (name, figure) in map_figures(&staging.path("maps.h5"))? {
-                staging
-                    .write(format!("{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))?;
+                stage_figure(&staging, name, &figure)?;
             }
             staging.commit()?
         }

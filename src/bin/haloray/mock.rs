@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::bars::Bars;
 use crate::fit::SamplingArg;
-use crate::output::print_files;
+use crate::output::{print_files, stage_figure};
 
 /// Draw realistic composite lenses and image them: the paper's catalogue of section 3 and appendix B.
 ///
@@ -101,18 +101,21 @@ fn write_images(
         instrument.psf_truncation_sigma,
         instrument.pixel_scale_arcsec,
     )?;
-    bars.begin("images", Some(systems.len() as u64));
+    let monitor: &dyn Monitor = bars;
+    let task = monitor.task("images", Some(systems.len() as u64));
     let images: Vec<MockImage> = systems
         .par_iter()
         .map(|system| {
+            task.check()?;
             let image = MockImage::expose(system, instrument, &psf, args.pixel_sampling.into(), args.seed);
-            bars.advance(1);
+            task.advance(1);
             image
         })
         .collect::<Result<_>>()?;
     let digits = systems.len().to_string().len().max(2);
     let names: Vec<String> = (0..systems.len()).map(|i| format!("images/{i:0digits$}.fits")).collect();
     for ((system, image), name) in systems.iter().zip(&images).zip(&names) {
+        task.check()?;
         let exposure = &image.exposure;
         let file = ImageFile::simulated(
             &exposure.noisy_e_s,
@@ -124,7 +127,7 @@ fn write_images(
         );
         staging.write(name, |path| file.write(path, provenance))?;
     }
-    bars.end();
+    drop(task);
     let labels: Vec<String> = (0..systems.len()).map(|i| i.to_string()).collect();
     let tiles: Vec<MosaicImage> = images
         .iter()
@@ -139,7 +142,7 @@ fn write_images(
         .collect();
     let columns = (tiles.len() as f64).sqrt().ceil() as usize;
     let figure = mosaic(&tiles, columns);
-    staging.write("mosaic.svg", |path| figure.save(&path.with_extension("")).map(drop))?;
+    stage_figure(staging, "mosaic", &figure)?;
     Ok((names, images.iter().map(|image| image.quality).collect()))
 }
 

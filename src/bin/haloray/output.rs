@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use haloray::io::{Staging, check_writable};
 use haloray::report::stage_text;
 use haloray::{Error, Result};
+use serde::Serialize;
 
 use crate::bars::Bars;
 use crate::settings::check_not_an_input;
@@ -32,7 +33,7 @@ impl Output {
         }
         if FILES.contains(&extension.as_str()) && !path.is_dir() {
             let problem = format!("-o takes a folder or a file ending in .{}", file_extensions.join(" or ."));
-            return Err(Error::format(path, problem));
+            return Err(Error::unknown_format(path, problem));
         }
         Ok(Self::Folder(Staging::begin(path)?))
     }

@@ -8,6 +8,7 @@ use haloray::Error;
 use haloray::Result;
 use haloray::config::{self, Config, Draw};
 use haloray::cosmology::Background;
+use haloray::error::{Domain, TableKind};
 use haloray::halo::HaloCatalogue;
 use haloray::imaging::Psf;
 use haloray::io::{Provenance, PsfKernel, read_haloes};
@@ -120,19 +121,13 @@ pub struct Cosmology {
 impl Cosmology {
     pub fn background(&self) -> Result<Background> {
         Background::new(self.h0_km_s_mpc, self.omega_m)
-            .map_err(|error| named(error, &[("h0_km_s_mpc", "--h0-km-s-mpc"), ("omega_m", "--omega-m")]))
+            .map_err(|error| error.named("h0_km_s_mpc", "--h0-km-s-mpc").named("omega_m", "--omega-m"))
     }
 }
 
-/// The error with a key called by the option that set it.
-pub fn named(error: Error, options: &[(&str, &str)]) -> Error {
-    match error {
-        Error::OutOfRange { what, value, allowed } => {
-            let option = options.iter().find(|(key, _)| *key == what);
-            Error::OutOfRange { what: option.map_or(what.clone(), |(_, o)| o.to_string()), value, allowed }
-        }
-        other => other,
-    }
+/// Checks the number of an option.
+pub fn of_option(domain: Domain, option: &str, value: f64, allowed: &str) -> Result<()> {
+    domain.check_in_words(option, value, allowed).map(drop).map_err(|error| error.named(option, option))
 }
 
 /// Refuses to replace one of the files that the command reads.
@@ -158,7 +153,7 @@ pub fn imported_haloes(config: &Config) -> Result<Option<HaloCatalogue>> {
     let haloes = read_haloes(path, config.line_of_sight.z_source, &config.cosmology)?;
     if config.haloes.cut_imported && haloes.m200c_msun.is_none() {
         let problem = "is missing, but haloes.cut_imported = true needs the masses";
-        return Err(Error::table(path, "column m200c_msun", problem));
+        return Err(Error::table(path, "column m200c_msun", problem).in_table(TableKind::Haloes));
     }
     Ok(Some(haloes))
 }
@@ -177,6 +172,9 @@ pub fn psf(config: &Config) -> Result<Psf> {
 }
 
 fn kernel(path: &Path, pixel_scale_arcsec: f64) -> Result<Psf> {
-    let kernel = PsfKernel::read(path, pixel_scale_arcsec)?;
-    Psf::kernel(kernel.nx, kernel.ny, kernel.data).map_err(|error| Error::format(path, error.to_string()))
+    let read = || {
+        let kernel = PsfKernel::read(path, pixel_scale_arcsec)?;
+        Psf::kernel(kernel.nx, kernel.ny, kernel.data)
+    };
+    read().map_err(|error: Error| error.in_file(path, |path, problem| Error::psf_kernel(path, problem)))
 }

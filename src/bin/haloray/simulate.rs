@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use haloray::Result;
 use haloray::inference::model::ModelDescription;
 use haloray::io::{Provenance, Staging};
 use haloray::pipeline::{Inputs, ViewFit, fit_views, simulate};
 use haloray::report::{FitSummary, write_fit, write_run};
-use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, table, toml_of, watch};
@@ -91,9 +91,7 @@ fn write_fits(fits: &[ViewFit], staging: &Staging, seed: u64) -> Result<Vec<FitS
         summaries.push(summary);
     }
     if !fits.is_empty() {
-        staging.write("recovered_shears.csv", |path| {
-            std::fs::write(path, &rows).map_err(|error| Error::write(path, error))
-        })?;
+        staging.write_text("recovered_shears.csv", &rows)?;
     }
     Ok(summaries)
 }

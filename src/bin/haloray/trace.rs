@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use haloray::Result;
-use haloray::error::require;
+use haloray::error::Domain;
 use haloray::io::{Column, Provenance, RAYS_GROUP, Table, ray_table, read_haloes, read_points};
 use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Segment, Sheets};
 use haloray::mapping::{Mapping, Order};
@@ -12,7 +12,7 @@ use haloray::monitor::Monitor;
 use haloray::pipeline::Tracked;
 
 use crate::bars::Bars;
-use crate::settings::{Cosmology, check_not_an_input};
+use crate::settings::{Cosmology, check_not_an_input, of_option};
 use crate::summary::{counted, print_accuracy};
 
 /// Trace rays through a halo table, one plane a halo.
@@ -108,16 +108,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
 
 fn check_redshifts(args: &Args) -> Result<()> {
     let (source, end) = (args.z_source, args.to_z.unwrap_or(args.z_source));
-    require(source > 0.0 && source <= 1100.0, "--z-source", source, "above 0 and at most 1100")?;
+    of_option(Domain::above_to(0.0, 1100.0), "--z-source", source, "above 0 and at most 1100")?;
     let allowed = format!("above 0 and at most --z-source = {source}");
-    require(end > 0.0 && end <= source, "--to-z", end, &allowed)?;
-    match args.from_z {
-        None => Ok(()),
-        Some(from) => {
-            let allowed = format!("above 0 and below the redshift where the rays end, {end}");
-            require(from > 0.0 && from < end, "--from-z", from, &allowed)
-        }
-    }
+    of_option(Domain::above_to(0.0, source), "--to-z", end, &allowed)?;
+    let Some(from) = args.from_z else { return Ok(()) };
+    let allowed = format!("above 0 and below the redshift where the rays end, {end}");
+    of_option(Domain::inside(0.0, end), "--from-z", from, &allowed)
 }
 
 fn segment<'a>(args: &Args, sight: &'a LineOfSight) -> Result<Segment<'a>> {

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
+use super::temporaries::{PREFIX, Temporary, undivided};
 use crate::error::{Error, Result};
 
 /// Writes one file so that its name only ever shows a complete one.
@@ -16,11 +17,11 @@ use crate::error::{Error, Result};
 /// [`Error::OutputPlace`] when `path` cannot be written to at all (see [`check_writable`]),
 /// [`Error::Write`] with the final name when writing fails half-way, else what `write` returned.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let temporary = reserve(path)?;
-    write(&temporary).map_err(|error| name_in_error(error, path))?;
+    let (temporary, _known) = reserve(path)?;
+    write(&temporary).map_err(|error| error.at_path(path))?;
     sync(&temporary).map_err(|error| Error::write(path, error))?;
     let target = resolve(path);
-    temporary.persist(&target).map_err(|error| Error::write(path, error.error))?;
+    undivided(|| temporary.persist(&target).map_err(|error| Error::write(path, error.error)))?;
     sync_folder(folder_of(&target));
     Ok(())
 }
@@ -34,17 +35,25 @@ pub fn check_writable(path: &Path) -> Result<()> {
     reserve(path).map(drop)
 }
 
+/// Writes a text so that its name only ever shows a complete one.
+///
+/// # Errors
+/// As [`write_atomically`].
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    write_atomically(path, |place| fs::write(place, text).map_err(|error| Error::write(place, error)))
+}
+
 /// An empty temporary file beside `path`, removed when dropped.
-fn reserve(path: &Path) -> Result<tempfile::TempPath> {
+fn reserve(path: &Path) -> Result<(tempfile::TempPath, Temporary)> {
     check_target(path)?;
     let target = resolve(path);
     let suffix = target.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".haloray-").suffix(&suffix);
+    builder.prefix(PREFIX).suffix(&suffix);
     #[cfg(unix)] // a private mode is the default of temporary files; outputs follow the umask
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(folder_of(&target)).map_err(|error| place_error(path, error))?;
-    Ok(file.into_temp_path())
+    let make = || builder.tempfile_in(folder_of(&target)).map(tempfile::NamedTempFile::into_temp_path);
+    Temporary::make(make)?.map_err(|error| place_error(path, error))
 }
 
 /// Refuses a target that a rename must not replace: a folder, a device, a protected file.
@@ -89,16 +98,6 @@ pub(super) fn place_error(path: &Path, error: io::Error) -> Error {
     match source.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => Error::write(path, source),
         _ => Error::OutputPlace { path: path.into(), source },
-    }
-}
-
-/// Puts the final name, not the temporary one, into a writer's error.
-pub(super) fn name_in_error(error: Error, path: &Path) -> Error {
-    match error {
-        Error::Write { problem, .. } => Error::write(path, problem),
-        Error::Table { place, problem, .. } => Error::table(path, place, problem),
-        Error::Format { problem, .. } => Error::format(path, problem),
-        other => other,
     }
 }
 

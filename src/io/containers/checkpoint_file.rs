@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::atomic_file::write_atomically;
+use super::atomic_file::write_text;
 use crate::error::{Error, Result};
 
 /// A state with the command it belongs to.
@@ -30,7 +30,7 @@ pub fn write_checkpoint<State: Serialize>(path: &Path, command: &str, state: &St
         state,
     };
     let text = serde_json::to_string(&checkpoint).map_err(|error| Error::write(path, error))?;
-    write_atomically(path, |path| std::fs::write(path, &text).map_err(|error| Error::write(path, error)))
+    write_text(path, &text)
 }
 
 /// The state saved by the same command of the same build; `None` if there is none, or one of another command.

@@ -21,18 +21,18 @@ const HISTORY_WIDTH: usize = 70;
 /// fitskit trusts headers and takes a truncated extension for the end of the file, so sizes and
 /// characters are checked here first.
 pub(crate) fn read(path: &Path) -> Result<Vec<Hdu>> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let bytes = std::fs::read(path).map_err(Error::read(path))?;
     if bytes.is_empty() {
-        return Err(Error::format(path, "is empty, not a FITS file"));
+        return Err(Error::unknown_format(path, "is empty, not a FITS file"));
     }
     if !bytes.starts_with(b"SIMPLE  =") {
-        return Err(Error::format(path, "is not a FITS file: it does not begin with SIMPLE"));
+        return Err(Error::unknown_format(path, "is not a FITS file: it does not begin with SIMPLE"));
     }
     let mut units = Vec::new();
     let mut rest = bytes.as_slice();
     while !rest.is_empty() {
         let (unit, length) = read_unit(rest, units.len())
-            .map_err(|problem| Error::format(path, format!("HDU {}: {problem}", units.len())))?;
+            .map_err(|problem| Error::damaged(path, format!("HDU {}: {problem}", units.len())))?;
         units.push(unit);
         rest = rest.get(length..).unwrap_or_default();
     }
@@ -133,7 +133,7 @@ pub(crate) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<
         Some(value) if value.is_finite() => Ok(Some(value)),
         _ => {
             let value = keyword.value.as_ref().map_or_else(|| "empty".into(), ToString::to_string);
-            Err(Error::format(path, format!("keyword {name} is {value}, but must be a finite number")))
+            Err(Error::content(path, format!("keyword {name} is {value}, but must be a finite number")))
         }
     }
 }

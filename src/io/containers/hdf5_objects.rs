@@ -29,13 +29,13 @@ pub(crate) fn create(path: &Path) -> Result<File> {
 
 /// Opens a file for reading.
 pub(crate) fn open(path: &Path) -> Result<File> {
-    let read_error = |source| Error::Read { path: path.into(), source };
+    let read_error = Error::read(path);
     let length = std::fs::File::open(path).and_then(|file| file.metadata()).map_err(read_error)?;
     if length.is_dir() {
         return Err(read_error(std::io::ErrorKind::IsADirectory.into()));
     }
     if length.len() == 0 {
-        return Err(Error::format(path, "is empty, not an HDF5 file"));
+        return Err(Error::unknown_format(path, "is empty, not an HDF5 file"));
     }
     File::open(path).map_err(|error| damaged(path, &error))
 }
@@ -191,7 +191,7 @@ pub(crate) fn read_values(path: &Path, container: &Container) -> Result<Values> 
         other => {
             let problem =
                 format!("{} has type {other}; only numbers and text are supported", container.name());
-            return Err(Error::format(path, problem));
+            return Err(Error::content(path, problem));
         }
     };
     values.map_err(|error| damaged(path, &error))
@@ -254,11 +254,11 @@ pub(crate) fn write_provenance(path: &Path, file: &File, provenance: &Provenance
 /// What a reader is told when HDF5 cannot make sense of a file.
 pub(crate) fn damaged(path: &Path, error: &hdf5::Error) -> Error {
     if error.contains_minor(MinorErrorCode::NotHdf5) {
-        Error::format(path, "is not an HDF5 file")
+        Error::unknown_format(path, "is not an HDF5 file")
     } else if error.contains_minor(MinorErrorCode::Truncated) {
-        Error::format(path, "is truncated: the end of the HDF5 file is missing")
+        Error::damaged(path, "is truncated: the end of the HDF5 file is missing")
     } else {
-        Error::format(path, format!("is damaged or not readable as HDF5: {}", reason(error)))
+        Error::damaged(path, format!("is damaged or not readable as HDF5: {}", reason(error)))
     }
 }
 

@@ -14,11 +14,13 @@ mod table_csv;
 mod table_file;
 mod table_fits;
 mod table_hdf5;
+mod temporaries;
 
-pub use atomic_file::{check_writable, write_atomically};
+pub use atomic_file::{check_writable, write_atomically, write_text};
 pub use attribute::AttributeValue;
 pub use checkpoint_file::{read_checkpoint, write_checkpoint};
 pub use provenance::Provenance;
 pub use run_file::RunFile;
 pub use staging::Staging;
 pub use table::{Column, Table, Values};
+pub use temporaries::remove_temporaries;

@@ -35,7 +35,7 @@ impl RunFile {
     /// Opens a file for reading.
     ///
     /// # Errors
-    /// [`Error::Read`] or [`Error::Format`], as from every reading method here.
+    /// [`Error::Read`] or [`Error::Content`], as from every reading method here.
     pub fn open(path: &Path) -> Result<Self> {
         Ok(Self { path: path.into(), file: objects::open(path)? })
     }
@@ -129,16 +129,16 @@ impl RunFile {
         match objects::read_values(&self.path, &dataset)? {
             Values::Text(text) => Ok(text),
             Values::F64(_) => {
-                Err(Error::format(&self.path, format!("{} holds numbers, not text", dataset.name())))
+                Err(Error::content(&self.path, format!("{} holds numbers, not text", dataset.name())))
             }
         }
     }
 
     /// Reads the value attached to `object` under that name.
     pub fn read_attribute(&self, object: &str, name: &str) -> Result<AttributeValue> {
-        let place = self.locate(object).map_err(|problem| Error::format(&self.path, problem))?;
+        let place = self.locate(object).map_err(|problem| Error::content(&self.path, problem))?;
         let value = objects::read_attribute(&self.path, &place, name)?;
-        value.ok_or_else(|| Error::format(&self.path, format!("{object} has no attribute {name}")))
+        value.ok_or_else(|| Error::content(&self.path, format!("{object} has no attribute {name}")))
     }
 
     /// The provenance stored when the file was created.
@@ -146,7 +146,7 @@ impl RunFile {
         let text = |name: &str| match self.read_attribute("/", name)? {
             AttributeValue::Text(text) => Ok(text),
             other => {
-                Err(Error::format(&self.path, format!("attribute {name} is {other:?}, but must be text")))
+                Err(Error::content(&self.path, format!("attribute {name} is {other:?}, but must be text")))
             }
         };
         let seed = match objects::read_attribute(&self.path, &self.file, "seed")? {
@@ -170,7 +170,7 @@ impl RunFile {
         let shape = dataset.shape();
         <[usize; N]>::try_from(shape.as_slice()).map_err(|_| {
             let problem = format!("{} has shape {shape:?}, but must have {N} dimensions", dataset.name());
-            Error::format(&self.path, problem)
+            Error::content(&self.path, problem)
         })
     }
 
@@ -178,7 +178,7 @@ impl RunFile {
         match objects::read_values(&self.path, dataset)? {
             Values::F64(values) => Ok(values),
             Values::Text(_) => {
-                Err(Error::format(&self.path, format!("{} holds text, not numbers", dataset.name())))
+                Err(Error::content(&self.path, format!("{} holds text, not numbers", dataset.name())))
             }
         }
     }
@@ -195,7 +195,7 @@ impl RunFile {
     fn missing(&self, what: &str, name: &str) -> Error {
         let root = self.file.group("/").ok();
         let present = root.and_then(|root| objects::member_names(&self.path, &root).ok()).unwrap_or_default();
-        Error::format(&self.path, format!("holds no {what} {name}; at its root are: {}", present.join(", ")))
+        Error::content(&self.path, format!("holds no {what} {name}; at its root are: {}", present.join(", ")))
     }
 }
 

@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::atomic_file::{check_target, folder_of, name_in_error, place_error, sync, sync_folder};
+use super::atomic_file::{check_target, folder_of, place_error, sync, sync_folder};
+use super::temporaries::{PREFIX, Temporary, undivided};
 use crate::error::{Error, Result};
 
-/// Staging folders start with this, followed by the host's name and random letters.
-const PREFIX: &str = ".haloray-";
 /// Locked as long as the run that owns the staging folder lives.
 const LOCK_NAME: &str = ".lock";
 
@@ -24,7 +23,9 @@ pub struct Staging {
     folder: Option<TempDir>,
     /// Holds the lock; the system lets go of it however the run ends.
     _lock: Option<File>,
-    made_final_dir: bool,
+    /// There when the final folder was made here.
+    made_final_dir: Option<Temporary>,
+    _known: Temporary,
 }
 
 impl Staging {
@@ -34,26 +35,26 @@ impl Staging {
     /// # Errors
     /// [`Error::OutputPlace`] when `final_dir` cannot be created or written to.
     pub fn begin(final_dir: &Path) -> Result<Self> {
-        let made_final_dir = !final_dir.is_dir();
         if final_dir.is_file() {
             let source = io::Error::new(ErrorKind::NotADirectory, "it is a file; a folder is wanted");
             return Err(Error::OutputPlace { path: final_dir.into(), source });
         }
-        if made_final_dir {
-            fs::create_dir(final_dir).map_err(|error| place_error(final_dir, error))?;
-        }
+        let made_final_dir = match final_dir.is_dir() {
+            true => None,
+            false => Some(Temporary::make_output_folder(final_dir)?.map_err(|e| place_error(final_dir, e))?),
+        };
         let host = host_name();
         if let Some(host) = &host {
             remove_stale(final_dir, &prefix_for(host));
         }
         let prefix = prefix_for(host.as_deref().unwrap_or("host"));
-        match tempfile::Builder::new().prefix(&prefix).tempdir_in(final_dir) {
-            Ok(folder) => {
+        match Temporary::make(|| tempfile::Builder::new().prefix(&prefix).tempdir_in(final_dir))? {
+            Ok((folder, _known)) => {
                 let _lock = lock(folder.path());
-                Ok(Self { final_dir: final_dir.into(), folder: Some(folder), _lock, made_final_dir })
+                Ok(Self { final_dir: final_dir.into(), folder: Some(folder), _lock, made_final_dir, _known })
             }
             Err(error) => {
-                if made_final_dir {
+                if made_final_dir.is_some() {
                     let _ = fs::remove_dir(final_dir);
                 }
                 Err(place_error(final_dir, error))
@@ -74,8 +75,16 @@ impl Staging {
     /// Writes one staged output; a folder in `name` is created, errors carry the final name.
     pub fn write(&self, name: impl AsRef<Path>, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
         let (path, target) = (self.path(&name), self.target(&name));
-        fs::create_dir_all(folder_of(&path)).map_err(|error| Error::write(&target, error))?;
-        write(&path).map_err(|error| name_in_error(error, &target))
+        undivided(|| fs::create_dir_all(folder_of(&path)).map_err(|error| Error::write(&target, error)))?;
+        write(&path).map_err(|error| error.at_path(&target))
+    }
+
+    /// Writes one staged text.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn write_text(&self, name: impl AsRef<Path>, text: &str) -> Result<()> {
+        self.write(name, |path| fs::write(path, text).map_err(|error| Error::write(path, error)))
     }
 
     /// Flushes every staged file to the disk, then renames them all into the final folder, and
@@ -84,20 +93,21 @@ impl Staging {
     /// # Errors
     /// [`Error::OutputPlace`] when a final name is taken by a folder or a protected file,
     /// [`Error::Write`] when the disk is full; both before the first rename.
-    pub fn commit(mut self) -> Result<Vec<PathBuf>> {
+    pub fn commit(self) -> Result<Vec<PathBuf>> {
         let names = files_below(self.folder(), Path::new(""))?;
         let targets: Vec<PathBuf> = names.iter().map(|name| self.target(name)).collect();
         for (name, target) in names.iter().zip(&targets) {
             check_target(target)?;
             sync(&self.path(name)).map_err(|error| Error::write(target, error))?;
         }
-        for (name, target) in names.iter().zip(&targets) {
-            fs::create_dir_all(folder_of(target))
-                .and_then(|()| fs::rename(self.path(name), target))
-                .map_err(|error| Error::write(target, error))?;
-            self.made_final_dir = false;
-            sync_folder(folder_of(target));
-        }
+        undivided(|| {
+            names.iter().zip(&targets).try_for_each(|(name, target)| {
+                fs::create_dir_all(folder_of(target))
+                    .and_then(|()| fs::rename(self.path(name), target))
+                    .map_err(|error| Error::write(target, error))
+            })
+        })?;
+        targets.iter().for_each(|target| sync_folder(folder_of(target)));
         Ok(targets)
     }
 
@@ -109,7 +119,7 @@ impl Staging {
 impl Drop for Staging {
     fn drop(&mut self) {
         self.folder.take();
-        if self.made_final_dir {
+        if self.made_final_dir.is_some() {
             let _ = fs::remove_dir(&self.final_dir); // only goes when empty
         }
     }

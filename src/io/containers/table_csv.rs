@@ -15,12 +15,15 @@ use crate::error::{Error, Result, shortest};
 /// Reads a CSV table: lines that start with `#` and empty lines are skipped; spaces around fields,
 /// CRLF and a byte-order mark are tolerated; double quotes may enclose a field.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let bytes = std::fs::read(path).map_err(Error::read(path))?;
     if bytes.is_empty() {
-        return Err(Error::format(path, "is empty; a header line with the column names is wanted first"));
+        return Err(Error::unknown_format(
+            path,
+            "is empty; a header line with the column names is wanted first",
+        ));
     }
-    let text =
-        String::from_utf8(bytes).map_err(|_| Error::format(path, "is not a CSV file: not UTF-8 text"))?;
+    let text = String::from_utf8(bytes)
+        .map_err(|_| Error::unknown_format(path, "is not a CSV file: not UTF-8 text"))?;
     let text = text.trim_start_matches('\u{feff}');
     let (names, fields, line_of_row) = split(path, text)?;
     let columns = names.into_par_iter().zip(fields);
@@ -43,7 +46,8 @@ fn split(path: &Path, text: &str) -> Result<Fields> {
     let mut fields: Vec<Vec<String>> = Vec::new();
     let mut line_of_row = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|error| Error::format(path, format!("is not a CSV file: {error}")))?;
+        let record =
+            record.map_err(|error| Error::unknown_format(path, format!("is not a CSV file: {error}")))?;
         let start = record.position().map_or(0, csv::Position::byte) as usize;
         let line = lines.line_of_record(start);
         if names.is_empty() {
@@ -59,7 +63,7 @@ fn split(path: &Path, text: &str) -> Result<Fields> {
         }
     }
     if names.is_empty() {
-        return Err(Error::format(
+        return Err(Error::unknown_format(
             path,
             "holds comments only; a header line with the column names is wanted",
         ));

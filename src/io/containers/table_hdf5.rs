@@ -38,17 +38,17 @@ fn choose_group(path: &Path, file: &hdf5::File, wanted: &str) -> Result<Group> {
     }
     if root.dataset(wanted).is_ok() {
         let problem = format!("/{wanted} is one dataset; a group with one dataset a column is wanted");
-        return Err(Error::format(path, problem));
+        return Err(Error::content(path, problem));
     }
     let groups: Vec<&String> = names.iter().filter(|name| root.group(name).is_ok()).collect();
     let has_datasets = names.iter().any(|name| root.dataset(name).is_ok());
     match (has_datasets, groups.as_slice()) {
         (true, _) => Ok(root),
         (false, [only]) => root.group(only).map_err(damaged),
-        (false, []) => Err(Error::format(path, format!("holds no group /{wanted} and no datasets"))),
+        (false, []) => Err(Error::content(path, format!("holds no group /{wanted} and no datasets"))),
         (false, several) => {
             let list: Vec<String> = several.iter().map(|name| format!("/{name}")).collect();
-            Err(Error::format(path, format!("holds no group /{wanted}; the groups are {}", list.join(", "))))
+            Err(Error::content(path, format!("holds no group /{wanted}; the groups are {}", list.join(", "))))
         }
     }
 }

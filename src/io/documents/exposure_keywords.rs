@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fitskit::Header;
 
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 use crate::imaging::PixelSampling;
 use crate::io::containers::fits_file as fits;
 
@@ -56,8 +56,7 @@ impl ExposureKeywords {
     pub(super) fn push(mut self, header: &mut Header) -> Result<()> {
         for (name, comment, value) in self.named() {
             if let Some(value) = *value {
-                require(true, name, value, "a finite number")?;
-                fits::push_f64(header, name, value, comment);
+                fits::push_f64(header, name, Domain::FINITE.check(name, value)?, comment);
             }
         }
         if let Some(sampling) = self.pixel_sampling {
@@ -76,6 +75,7 @@ fn pixel_sampling(path: &Path, header: &Header) -> Result<Option<PixelSampling>>
     let given = header.get_string(SAMPLING).unwrap_or("not text");
     let all = [PixelSampling::Point, PixelSampling::Adaptive];
     let found = all.into_iter().find(|sampling| sampling.name() == given.trim());
-    let fault = || Error::format(path, format!("{SAMPLING} is '{given}', but must be 'point' or 'adaptive'"));
+    let fault =
+        || Error::content(path, format!("{SAMPLING} is '{given}', but must be 'point' or 'adaptive'"));
     found.map(Some).ok_or_else(fault)
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::cosmology::Background;
-use crate::error::{Error, Result, shortest};
+use crate::error::{Error, Result, TableKind, shortest};
 use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
 use crate::io::containers::{Column, Provenance, Table, Values};
 
@@ -32,6 +32,10 @@ const ANGLES_AGAINST_MASSES: f64 = 0.01;
 /// # Errors
 /// Missing columns, values outside their domain (with the line), angles that belong to another source.
 pub fn read_haloes(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatalogue> {
+    read(path, z_source, background).map_err(|error| error.in_table(TableKind::Haloes))
+}
+
+fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatalogue> {
     let table = Table::read(path, HALOES_GROUP)?;
     let column = |name: &str| table.required_f64(path, name).map(<[f64]>::to_vec);
     let optional = |name: &str| table.optional_f64(path, name).map(|c| c.map(<[f64]>::to_vec));
@@ -157,7 +161,7 @@ pub fn write_haloes(haloes: &HaloCatalogue, path: &Path, provenance: &Provenance
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<HaloCatalogue> {
+    fn read_text(text: &str) -> Result<HaloCatalogue> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("haloes.csv");
         std::fs::write(&path, text).unwrap();
@@ -167,7 +171,7 @@ mod tests {
     #[test]
     fn both_parametrisations_are_read_and_own_columns_kept() {
         let by_mass =
-            read("z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c,id,name\n0.5,1,2,1e12,8,7,halo a\n")
+            read_text("z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c,id,name\n0.5,1,2,1e12,8,7,halo a\n")
                 .unwrap();
         assert_eq!(by_mass.extra, [("id".to_string(), vec![7.0])]);
         assert_eq!(by_mass.extra_text[0].1, ["halo a"]);
@@ -175,7 +179,7 @@ mod tests {
             "z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec,alpha_rs_arcsec\n0.5,1,2,{},{}\n",
             by_mass.r_s_arcsec[0], by_mass.alpha_rs_arcsec[0]
         );
-        assert_eq!(read(&text).unwrap().alpha_rs_arcsec, by_mass.alpha_rs_arcsec);
+        assert_eq!(read_text(&text).unwrap().alpha_rs_arcsec, by_mass.alpha_rs_arcsec);
     }
 
     #[test]
@@ -187,12 +191,13 @@ mod tests {
             ("0.5,NaN,2,1e12,8", ["line 3, column theta_x_arcsec", "finite"]),
             ("0.5,abc,2,1e12,8", ["line 3, column theta_x_arcsec", "not a number"]),
         ] {
-            let text = read(&format!("{head}{row}\n")).unwrap_err().to_string();
+            let text = read_text(&format!("{head}{row}\n")).unwrap_err().to_string();
             assert!(wanted.iter().all(|w| text.contains(w)), "{text}");
         }
-        let missing = read("z,theta_x_arcsec,theta_y_arcsec\n0.5,1,2\n").unwrap_err().to_string();
+        let missing = read_text("z,theta_x_arcsec,theta_y_arcsec\n0.5,1,2\n").unwrap_err().to_string();
         assert!(missing.contains("neither r_s_arcsec,alpha_rs_arcsec nor m200c_msun,c200c"), "{missing}");
-        let half = read("z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec\n0.5,1,2,1\n").unwrap_err().to_string();
+        let half =
+            read_text("z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec\n0.5,1,2,1\n").unwrap_err().to_string();
         assert!(half.contains("alpha_rs_arcsec"), "{half}");
     }
 
@@ -200,7 +205,7 @@ mod tests {
     fn angles_reduced_to_another_source_are_refused() {
         let text = "z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec,alpha_rs_arcsec,m200c_msun,c200c\n\
                     0.5,1,2,3,0.5,1e12,8\n";
-        let error = read(text).unwrap_err().to_string();
+        let error = read_text(text).unwrap_err().to_string();
         assert!(error.contains("contradict each other for a source at z = 1.5"), "{error}");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, TableKind};
 use crate::io::containers::{Column, Table, Values};
 use crate::mock::MockSystem;
 
@@ -65,6 +65,10 @@ pub struct TrueShear {
 /// # Errors
 /// Those of [`Table::read`]; columns that are missing, images that are named twice.
 pub fn read_truth_table(path: &Path) -> Result<Vec<TrueShear>> {
+    read(path).map_err(|error| error.in_table(TableKind::Truth))
+}
+
+fn read(path: &Path) -> Result<Vec<TrueShear>> {
     let table = Table::read(path, CATALOGUE_GROUP)?;
     let (gamma1, gamma2) = (table.required_f64(path, "gamma1_los")?, table.required_f64(path, "gamma2_los")?);
     let quality = table.optional_f64(path, "quality")?;

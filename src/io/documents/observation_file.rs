@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::exposure_keywords::ExposureKeywords;
 use super::image_fits::ImageFile;
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 use crate::imaging::{Psf, SkyGrid};
 use crate::inference::Observation;
 
@@ -17,17 +17,16 @@ const DEFAULT_TRUNCATION_SIGMA: f64 = 5.0;
 /// Those of [`ImageFile::read`]; keywords that are missing, contradict one another or lie outside their domain; a PSF
 /// kernel that is not normalised to 1e-3 or has negative pixels; an image that is not square.
 pub fn read_observation(path: &Path) -> Result<(Observation, ExposureKeywords)> {
-    let image = ImageFile::read(path)?;
-    let in_file = |error: Error| match error {
-        Error::OutOfRange { .. } => Error::format(path, error.to_string()),
-        other => other,
+    let read = || {
+        let image = ImageFile::read(path)?;
+        let observation = observation(path, &image)?;
+        observation.validate()?;
+        Ok((observation, image.keywords))
     };
-    let observation = observation(&image).map_err(in_file)?;
-    observation.validate().map_err(in_file)?;
-    Ok((observation, image.keywords))
+    read().map_err(|error: Error| error.in_file(path, |path, problem| Error::observation(path, problem)))
 }
 
-fn observation(image: &ImageFile) -> Result<Observation> {
+fn observation(path: &Path, image: &ImageFile) -> Result<Observation> {
     if image.nx != image.ny {
         let size = format!("{}×{} pixels", image.nx, image.ny);
         return Err(Error::out_of_range(
@@ -43,12 +42,8 @@ fn observation(image: &ImageFile) -> Result<Observation> {
     let background_rms_e_s =
         background.ok_or_else(|| missing("BKGRMS", "the background rms per pixel in e⁻/s"))?;
     if let (Some(lens), Some(source)) = (keywords.z_lens, keywords.z_source) {
-        require(
-            lens > 0.0 && lens < source,
-            "ZLENS",
-            lens,
-            &format!("above 0 and below ZSOURCE = {source}"),
-        )?;
+        let allowed = format!("above 0 and below ZSOURCE = {source}");
+        Domain::inside(0.0, source).check_in_words("ZLENS", lens, &allowed)?;
     }
     Ok(Observation {
         grid: SkyGrid::new(image.nx, image.pixel_scale_arcsec)?,
@@ -56,11 +51,11 @@ fn observation(image: &ImageFile) -> Result<Observation> {
         used: image.mask.clone().unwrap_or_else(|| vec![true; image.data.len()]),
         background_rms_e_s,
         exposure_s,
-        psf: psf(image)?,
+        psf: psf(path, image)?,
     })
 }
 
-fn psf(image: &ImageFile) -> Result<Psf> {
+fn psf(path: &Path, image: &ImageFile) -> Result<Psf> {
     /// Sums of kernels that differ by more than this from 1 are a mistake, not rounding.
     const NORMALISED: f64 = 1e-3;
     match (&image.psf, image.keywords.psf_fwhm_arcsec) {
@@ -79,8 +74,10 @@ fn psf(image: &ImageFile) -> Result<Psf> {
         }
         (Some(kernel), None) => {
             let total: f64 = kernel.data.iter().sum();
-            require((total - 1.0).abs() <= NORMALISED, "sum of the PSF kernel", total, "1 within 1e-3")?;
-            Psf::kernel(kernel.nx, kernel.ny, kernel.data.clone())
+            let near_one = Domain::from_to(1.0 - NORMALISED, 1.0 + NORMALISED);
+            let normalised = near_one.check_in_words("sum of the PSF kernel", total, "1 within 1e-3");
+            let psf = normalised.and_then(|_| Psf::kernel(kernel.nx, kernel.ny, kernel.data.clone()));
+            psf.map_err(|error| error.in_file(path, |path, problem| Error::psf_kernel(path, problem)))
         }
     }
 }
@@ -111,14 +108,16 @@ mod tests {
 
     #[test]
     fn what_cannot_be_fitted_is_named() {
-        assert!(observation(&image()).unwrap().validate().is_ok());
+        assert!(observation(Path::new("i.fits"), &image()).unwrap().validate().is_ok());
         let fault = |edit: fn(&mut ImageFile)| {
             let mut image = image();
             edit(&mut image);
-            observation(&image).and_then(|o| o.validate()).unwrap_err().to_string()
+            observation(Path::new("i.fits"), &image).and_then(|o| o.validate()).unwrap_err().to_string()
         };
         let kernel = |value: f64| PsfKernel { data: vec![value; 9], nx: 3, ny: 3 };
-        assert!(observation(&ImageFile { psf: Some(kernel(1.0 / 9.0)), ..image() }).is_err());
+        assert!(
+            observation(Path::new("i.fits"), &ImageFile { psf: Some(kernel(1.0 / 9.0)), ..image() }).is_err()
+        );
         for (message, word) in [
             (fault(|i| i.keywords.exposure_time_s = None), "EXPTIME is missing"),
             (fault(|i| i.keywords.background_rms_e_per_s = None), "BKGRMS is missing"),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::Result;
+use crate::error::{Error, Result, TableKind};
 use crate::io::containers::{Column, Table};
 use crate::mapping::RayBundle;
 
@@ -30,8 +30,10 @@ const SECOND: [&str; 6] = ["b_xxx", "b_xxy", "b_xyy", "b_yxx", "b_yxy", "b_yyy"]
 /// # Errors
 /// As [`Table::read`] and [`Table::required_f64`].
 pub fn read_points(path: &Path) -> Result<Points> {
-    let table = Table::read(path, POINTS_GROUP)?;
-    let (x, y) = (table.required_f64(path, "theta_x_arcsec")?, table.required_f64(path, "theta_y_arcsec")?);
+    let of_points = |error: Error| error.in_table(TableKind::Points);
+    let table = Table::read(path, POINTS_GROUP).map_err(of_points)?;
+    let column = |name| table.required_f64(path, name).map_err(of_points);
+    let [x, y] = [column("theta_x_arcsec")?, column("theta_y_arcsec")?];
     let theta_arcsec = x.iter().zip(y).map(|(x, y)| [*x, *y]).collect();
     Ok(Points { theta_arcsec, table })
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::io::containers::write_atomically;
+use crate::io::containers::write_text;
 use crate::mock::ShearRecovery;
 
 #[derive(Serialize, Deserialize)]
@@ -35,7 +35,7 @@ pub fn write_recovery(folder: &Path, key: &str, fit: &ShearRecovery, seconds: f6
     }
     let saved = Saved { key: key.into(), seconds, fit: fit.clone() };
     let json = serde_json::to_string(&saved).map_err(|e| Error::write(&path, e))?;
-    write_atomically(&path, |place| std::fs::write(place, &json).map_err(|e| Error::write(place, e)))
+    write_text(&path, &json)
 }
 
 /// The saved fit of `image` with `model` and its seconds; `None` if there is none, or one of another key.

@@ -148,7 +148,7 @@ pub fn write_curves(
 /// Reads what [`write_curves`] wrote.
 ///
 /// # Errors
-/// [`crate::Error::Format`] when the group is not of that form.
+/// [`crate::Error::Content`] when the group is not of that form.
 pub fn read_curves(file: &RunFile, group: &str) -> Result<CriticalCurves> {
     let column = |name: &str| file.read_1d(group, name);
     let pair = |a: &str, b: &str| -> Result<Vec<[f64; 2]>> {

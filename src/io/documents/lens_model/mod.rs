@@ -95,13 +95,11 @@ impl LensOfFile {
 /// Text that is not such a model, names that cannot be represented (all of them listed), parameters missing, unknown
 /// or outside their domain; every message names the file.
 pub fn read_lens_model(path: &Path, default_background: &Background) -> Result<LensModelFile> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
     let file: ModelFile =
-        serde_json::from_str(&text).map_err(|e| Error::format(path, format!("not a lens model: {e}")))?;
-    file.build(default_background).map_err(|error| match error {
-        Error::OutOfRange { .. } => Error::format(path, error.to_string()),
-        other => other,
-    })
+        serde_json::from_str(&text).map_err(|e| Error::lens_model(path, format!("not a lens model: {e}")))?;
+    file.build(default_background)
+        .map_err(|error| error.in_file(path, |path, problem| Error::lens_model(path, problem)))
 }
 
 impl ModelFile {

@@ -1,0 +1,79 @@
+//! What to do about each error, chosen by its variant alone.
+
+use super::{Error, TableKind};
+
+impl Error {
+    /// One line that helps: where the allowed values are listed, what a file must hold, what to try.
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Argument { .. } => "`--help` after the subcommand explains its arguments",
+            Self::Config { cause, .. } => cause.hint(),
+            Self::MassDefinition { .. } => {
+                "sheth99 and press74 go with mass_definition = \"fof\", tinker08 with \"200c\""
+            }
+            Self::OutOfRange { .. } | Self::Toml { .. } => {
+                "`haloray schema` lists every key of a configuration with its unit and meaning"
+            }
+            Self::ModelName { .. } => "`haloray fit --list` explains the built-in models",
+            Self::Model { .. } => {
+                "`haloray fit --list --model NAME` prints a model to compare with; `haloray fit --list` explains the priors"
+            }
+            Self::LensModel { .. } => {
+                "`haloray lens --help` shows a lens model as JSON, with all it may hold"
+            }
+            Self::Observation { .. } => {
+                "`haloray fit --help` lists the keywords and extensions that an image needs: EXPTIME, BKGRMS, PSFFWHM or PSF, MASK"
+            }
+            Self::PsfKernel { .. } => {
+                "a PSF kernel is a square image of odd size, on pixels as large as those of the image; an extension PSF sums to 1"
+            }
+            Self::Table { kind: TableKind::Haloes, .. } => {
+                "a halo table has z,theta_x_arcsec,theta_y_arcsec and r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c"
+            }
+            Self::Table { kind: TableKind::Points, .. } => "a points table has theta_x_arcsec,theta_y_arcsec",
+            Self::Table { kind: TableKind::Truth, .. } => {
+                "a truth.csv has image,gamma1_los,gamma2_los and, if known, quality"
+            }
+            Self::Table { kind: TableKind::Other, .. } => {
+                "a table has columns of equal length and different names; .csv, .h5 and .fits hold one"
+            }
+            Self::UnknownFormat { .. } => {
+                "tables are .csv, .h5 or .fits files; images are .fits files, lens models .json (`haloray lens --help`)"
+            }
+            Self::Damaged { .. } => "the file is damaged; make or copy it again",
+            Self::Content { .. } => {
+                "the file is whole, but not one that this command reads; docs/FILES.md says what each holds"
+            }
+            Self::Read { .. } => {
+                "check the path and its permissions; files named in a configuration are looked for beside it"
+            }
+            Self::OutputPlace { .. } => {
+                "choose another place with -o; its parent folder must exist and be writable"
+            }
+            Self::Write { .. } => "is the disk full?",
+            Self::Cancelled => "the same command begins again, or continues where it can",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn a_hint_follows_the_variant_whatever_the_words() {
+        let words = "PSF truncated kernel --option";
+        let path = Path::new("a.fits");
+        assert!(Error::damaged(path, words).hint().starts_with("the file is damaged"));
+        assert!(Error::psf_kernel(path, words).hint().starts_with("a PSF kernel"));
+        assert!(Error::observation(path, words).hint().contains("EXPTIME"));
+        assert!(Error::unknown_format(path, words).hint().starts_with("tables are"));
+        let haloes = Error::table(path, "line 3", words).in_table(TableKind::Haloes);
+        assert!(haloes.hint().starts_with("a halo table has z,"));
+        let of_option = Error::out_of_range("h0", 0, "positive").named("h0", "--h0");
+        assert!(of_option.hint().starts_with("`--help`"));
+        assert_eq!(of_option.to_string(), "--h0 is 0, but must be positive");
+    }
+}

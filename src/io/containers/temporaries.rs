@@ -1,0 +1,93 @@
+//! The temporary files and staging folders of this process, so that a process that is told to end can remove them.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard};
+use std::{fs, io};
+
+use crate::error::{Error, Result};
+
+/// Temporary files and staging folders start with this.
+pub(super) const PREFIX: &str = ".haloray-";
+
+/// What lives now; closed for good once it has been swept.
+static LIVE: Mutex<Live> = Mutex::new(Live { is_closed: false, temporaries: Vec::new() });
+
+struct Live {
+    is_closed: bool,
+    /// Paths, and whether they go with all that they hold or, as an output folder made here, only when empty.
+    temporaries: Vec<(PathBuf, bool)>,
+}
+
+/// A temporary file or folder, known as such until dropped.
+#[derive(Debug)]
+pub(super) struct Temporary(PathBuf);
+
+impl Temporary {
+    /// Makes a temporary file or folder, which goes with all that it holds.
+    pub(super) fn make<T: AsRef<Path>>(
+        make: impl FnOnce() -> io::Result<T>,
+    ) -> Result<io::Result<(T, Self)>> {
+        let mut live = open()?;
+        Ok(make().map(|made| {
+            let path = made.as_ref().to_path_buf();
+            live.temporaries.push((path.clone(), true));
+            (made, Self(path))
+        }))
+    }
+
+    /// Makes an output folder, which goes again if it is empty when the process is told to end.
+    pub(super) fn make_output_folder(path: &Path) -> Result<io::Result<Self>> {
+        let mut live = open()?;
+        Ok(fs::create_dir(path).map(|()| {
+            live.temporaries.push((path.into(), false));
+            Self(path.into())
+        }))
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        lock().temporaries.retain(|(path, _)| *path != self.0);
+    }
+}
+
+fn lock() -> MutexGuard<'static, Live> {
+    LIVE.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// The registry, as long as it is not closed.
+fn open() -> Result<MutexGuard<'static, Live>> {
+    let live = lock();
+    if live.is_closed { Err(Error::Cancelled) } else { Ok(live) }
+}
+
+/// Runs `change`, which [`remove_temporaries`] never cuts in two. It must neither make nor drop a [`Temporary`].
+pub(super) fn undivided<T>(change: impl FnOnce() -> Result<T>) -> Result<T> {
+    let _open = open()?;
+    change()
+}
+
+/// Removes every temporary file and staging folder of this process and refuses new ones for good; returns the folders
+/// in which something was removed. To be called right before the process ends: other threads may still be writing.
+pub fn remove_temporaries() -> Vec<PathBuf> {
+    let mut live = lock();
+    live.is_closed = true;
+    let mut folders = Vec::new();
+    for (path, with_content) in std::mem::take(&mut live.temporaries).into_iter().rev() {
+        if !with_content {
+            let _ = fs::remove_dir(&path); // only goes when empty
+        } else if remove(&path) {
+            folders.extend(path.parent().map(Path::to_path_buf));
+        }
+    }
+    folders
+}
+
+/// A thread that is still writing may add a file while a folder is emptied.
+fn remove(path: &Path) -> bool {
+    if path.is_dir() {
+        (0..20).any(|_| fs::remove_dir_all(path).is_ok())
+    } else {
+        fs::remove_file(path).is_ok()
+    }
+}
