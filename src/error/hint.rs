@@ -1,6 +1,6 @@
 //! What to do about each error, chosen by its variant alone.
 
-use super::{Error, TableKind};
+use super::{Error, FileFault, TableKind};
 
 impl Error {
     /// One line that helps: where the allowed values are listed, what a file must hold, what to try.
@@ -18,13 +18,13 @@ impl Error {
             Self::Model { .. } => {
                 "`haloray fit --list --model NAME` prints a model to compare with; `haloray fit --list` explains the priors"
             }
-            Self::LensModel { .. } => {
+            Self::File { fault: FileFault::LensModel, .. } => {
                 "`haloray lens --help` shows a lens model as JSON, with all it may hold"
             }
-            Self::Observation { .. } => {
+            Self::File { fault: FileFault::Observation, .. } => {
                 "`haloray fit --help` lists the keywords and extensions that an image needs: EXPTIME, BKGRMS, PSFFWHM or PSF, MASK"
             }
-            Self::PsfKernel { .. } => {
+            Self::File { fault: FileFault::PsfKernel, .. } => {
                 "a PSF kernel is a square image of odd size, on pixels as large as those of the image; an extension PSF sums to 1"
             }
             Self::Table { kind: TableKind::Haloes, .. } => {
@@ -37,11 +37,11 @@ impl Error {
             Self::Table { kind: TableKind::Other, .. } => {
                 "a table has columns of equal length and different names; .csv, .h5 and .fits hold one"
             }
-            Self::UnknownFormat { .. } => {
+            Self::File { fault: FileFault::UnknownFormat, .. } => {
                 "tables are .csv, .h5 or .fits files; images are .fits files, lens models .json (`haloray lens --help`)"
             }
-            Self::Damaged { .. } => "the file is damaged; make or copy it again",
-            Self::Content { .. } => {
+            Self::File { fault: FileFault::Damaged, .. } => "the file is damaged; make or copy it again",
+            Self::File { fault: FileFault::Content, .. } => {
                 "the file is whole, but not one that this command reads; docs/FILES.md says what each holds"
             }
             Self::Read { .. } => {
@@ -66,10 +66,14 @@ mod tests {
     fn a_hint_follows_the_variant_whatever_the_words() {
         let words = "PSF truncated kernel --option";
         let path = Path::new("a.fits");
-        assert!(Error::damaged(path, words).hint().starts_with("the file is damaged"));
-        assert!(Error::psf_kernel(path, words).hint().starts_with("a PSF kernel"));
-        assert!(Error::observation(path, words).hint().contains("EXPTIME"));
-        assert!(Error::unknown_format(path, words).hint().starts_with("tables are"));
+        for (fault, start) in [
+            (FileFault::Damaged, "the file is damaged"),
+            (FileFault::PsfKernel, "a PSF kernel"),
+            (FileFault::Observation, "`haloray fit --help`"),
+            (FileFault::UnknownFormat, "tables are"),
+        ] {
+            assert!(Error::file(fault, path, words).hint().starts_with(start));
+        }
         let haloes = Error::table(path, "line 3", words).in_table(TableKind::Haloes);
         assert!(haloes.hint().starts_with("a halo table has z,"));
         let of_option = Error::out_of_range("h0", 0, "positive").named("h0", "--h0");

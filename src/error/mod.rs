@@ -23,6 +23,23 @@ pub enum TableKind {
     Other,
 }
 
+/// What about a file is at fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileFault {
+    /// Its name or its first bytes are those of another format.
+    UnknownFormat,
+    /// It ends early or contradicts itself.
+    Damaged,
+    /// It is sound, but does not hold what is looked for.
+    Content,
+    /// It is no lens model in JSON.
+    LensModel,
+    /// It is no image to fit: a keyword or an extension is missing or wrong.
+    Observation,
+    /// It, or its extension, is no kernel of a point-spread function.
+    PsfKernel,
+}
+
 /// A line of a text and a place in it, both counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineColumn {
@@ -111,33 +128,6 @@ pub enum Error {
         problem: String,
     },
 
-    /// A lens model in JSON cannot be used.
-    #[error("{}: {problem}", path.display())]
-    LensModel {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong and what is allowed.
-        problem: String,
-    },
-
-    /// An image cannot be fitted: a keyword or an extension is missing or wrong.
-    #[error("{}: {problem}", path.display())]
-    Observation {
-        /// The file.
-        path: PathBuf,
-        /// The keyword, extension or pixel, and what is allowed.
-        problem: String,
-    },
-
-    /// A file or an extension is no kernel of a point-spread function.
-    #[error("{}: {problem}", path.display())]
-    PsfKernel {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong and what is allowed.
-        problem: String,
-    },
-
     /// A table (CSV, HDF5 or FITS) cannot be used.
     #[error("{}: {place}: {problem}", path.display())]
     Table {
@@ -151,30 +141,14 @@ pub enum Error {
         problem: String,
     },
 
-    /// A file is not of the format that its name or use says.
+    /// A file can be read but not used.
     #[error("{}: {problem}", path.display())]
-    UnknownFormat {
+    File {
+        /// What about the file is at fault.
+        fault: FileFault,
         /// The file.
         path: PathBuf,
         /// What is wrong and what is allowed.
-        problem: String,
-    },
-
-    /// A file ends early or contradicts itself.
-    #[error("{}: {problem}", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        problem: String,
-    },
-
-    /// A sound file does not hold what is looked for.
-    #[error("{}: {problem}", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// What is missing, and what there is.
         problem: String,
     },
 
@@ -210,23 +184,6 @@ pub enum Error {
     Cancelled,
 }
 
-/// Shorthands for variants that name a file and a problem.
-macro_rules! of_file {
-    ($($name:ident => $variant:ident),*) => {
-        impl Error {
-            $(
-                #[doc = concat!("Shorthand for [`Error::", stringify!($variant), "`].")]
-                pub fn $name(path: &Path, problem: impl ToString) -> Self {
-                    Self::$variant { path: path.into(), problem: problem.to_string() }
-                }
-            )*
-        }
-    };
-}
-
-of_file!(lens_model => LensModel, observation => Observation, psf_kernel => PsfKernel,
-         unknown_format => UnknownFormat, damaged => Damaged, content => Content, write => Write);
-
 impl Error {
     /// Shorthand for [`Error::OutOfRange`].
     pub fn out_of_range(what: &str, value: impl ToString, allowed: &str) -> Self {
@@ -244,6 +201,16 @@ impl Error {
         Self::Table { kind: TableKind::Other, path, place, problem }
     }
 
+    /// Shorthand for [`Error::File`].
+    pub fn file(fault: FileFault, path: &Path, problem: impl Into<String>) -> Self {
+        Self::File { fault, path: path.into(), problem: problem.into() }
+    }
+
+    /// Shorthand for [`Error::Write`].
+    pub fn write(path: &Path, problem: impl ToString) -> Self {
+        Self::Write { path: path.into(), problem: problem.to_string() }
+    }
+
     /// Shorthand for [`Error::Read`], as a closure for `map_err`.
     pub fn read(path: &Path) -> impl Fn(std::io::Error) -> Self + Copy {
         move |source| Self::Read { path: path.into(), source }
@@ -258,10 +225,10 @@ impl Error {
     }
 
     /// A number outside its domain, or content that is missing, told as the fault of this file.
-    pub fn in_file(self, path: &Path, make: fn(&Path, String) -> Self) -> Self {
+    pub fn in_file(self, fault: FileFault, path: &Path) -> Self {
         match self {
-            Self::OutOfRange { .. } => make(path, self.to_string()),
-            Self::Content { problem, .. } => make(path, problem),
+            Self::OutOfRange { .. } => Self::file(fault, path, self.to_string()),
+            Self::File { fault: FileFault::Content, problem, .. } => Self::file(fault, path, problem),
             other => other,
         }
     }
@@ -286,7 +253,7 @@ impl Error {
 
     /// Puts the final name of a file in place of the temporary one under which it is written.
     pub fn at_path(mut self, final_path: &Path) -> Self {
-        if let Self::Write { path, .. } | Self::Table { path, .. } | Self::Content { path, .. } = &mut self {
+        if let Self::Write { path, .. } | Self::Table { path, .. } | Self::File { path, .. } = &mut self {
             *path = final_path.into();
         }
         self

@@ -6,7 +6,7 @@ use super::curve_figure::lay_over;
 use crate::config::Config;
 use crate::constants::ARCSEC_RAD;
 use crate::diagnostics::CriticalCurves;
-use crate::error::{Error, Result};
+use crate::error::{Error, FileFault, Result};
 use crate::io::{AttributeValue, RunFile, read_curves};
 use crate::plot::figures::{
     CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImageRow, ImagesData,
@@ -60,8 +60,9 @@ fn saved_curves(file: &RunFile, parent: &str) -> Result<Option<CriticalCurves>> 
 
 fn open(path: &Path) -> Result<(RunFile, Config)> {
     let file = RunFile::open(path)?;
-    let config = toml::from_str(&file.provenance()?.config_toml)
-        .map_err(|e| Error::content(path, format!("holds no configuration of this version: {e}")))?;
+    let config = toml::from_str(&file.provenance()?.config_toml).map_err(|e| {
+        Error::file(FileFault::Content, path, format!("holds no configuration of this version: {e}"))
+    })?;
     Ok((file, config))
 }
 

@@ -11,4 +11,5 @@ mod images;
 mod interrupted;
 mod lens;
 mod runs;
+mod stopped;
 mod tables;

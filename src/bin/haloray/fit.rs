@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::ValueEnum;
+use haloray::error::FileFault;
 use haloray::imaging::PixelSampling;
 use haloray::inference::diagnose::ESS_LIMIT;
 use haloray::inference::likelihood::LikelihoodKind;
@@ -277,8 +278,9 @@ pub fn description(model: &str) -> Result<ModelDescription> {
 
 fn read_truths(path: &Path) -> Result<Vec<(String, f64)>> {
     let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
-    let values: std::collections::BTreeMap<String, f64> = serde_json::from_str(&text)
-        .map_err(|e| Error::content(path, format!("not a JSON object of numbers by parameter name: {e}")))?;
+    let values: std::collections::BTreeMap<String, f64> = serde_json::from_str(&text).map_err(|e| {
+        Error::file(FileFault::Content, path, format!("not a JSON object of numbers by parameter name: {e}"))
+    })?;
     Ok(values.into_iter().collect())
 }
 

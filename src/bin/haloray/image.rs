@@ -11,7 +11,7 @@ use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::output::{Output, print_files, stage_figure};
-use crate::settings::{Settings, Tracing, imported_haloes, provenance, psf};
+use crate::settings::{Sight, imported_haloes, provenance, psf};
 use crate::summary::print_accuracy;
 
 /// Image the lens and source of the configuration through its haloes.
@@ -24,15 +24,7 @@ use crate::summary::print_accuracy;
 )]
 pub struct Args {
     #[command(flatten)]
-    settings: Settings,
-    #[command(flatten)]
-    tracing: Tracing,
-    /// Halo table to use instead of a draw.
-    #[arg(long, value_name = "FILE")]
-    haloes: Option<PathBuf>,
-    /// Draw critical curves and caustics over the figure.
-    #[arg(long)]
-    curves: bool,
+    sight: Sight,
     /// With one FITS file as output: the image before noise.
     #[arg(long)]
     noise_free: bool,
@@ -42,9 +34,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    let mut config = args.settings.resolve_with(args.haloes.as_deref())?;
-    args.tracing.apply(&mut config);
-    config.diagnostics.critical_curves |= args.curves;
+    let config = args.sight.resolve()?;
     let psf = psf(&config)?;
     let imported = imported_haloes(&config)?;
     let provenance = provenance(&config)?;

@@ -9,7 +9,7 @@ use haloray::report::map_figures;
 
 use crate::bars::Bars;
 use crate::output::{Output, print_files, stage_figure};
-use crate::settings::{Settings, Tracing, imported_haloes, provenance};
+use crate::settings::{Sight, imported_haloes, provenance};
 use crate::summary::print_accuracy;
 
 /// Map κ, γ1, γ2, ω, |F|, |G| and Δ of the haloes on a grid (main lens excluded).
@@ -21,12 +21,7 @@ use crate::summary::print_accuracy;
 )]
 pub struct Args {
     #[command(flatten)]
-    settings: Settings,
-    #[command(flatten)]
-    tracing: Tracing,
-    /// Halo table to use instead of a draw.
-    #[arg(long, value_name = "FILE")]
-    haloes: Option<PathBuf>,
+    sight: Sight,
     /// Nodes a side, instead of the configuration's.
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     #[arg(value_parser = clap::builder::RangedI64ValueParser::<usize>::new().range(2..=2048))]
@@ -34,20 +29,15 @@ pub struct Args {
     /// Largest |θ_x| and |θ_y| of the grid, instead of the configuration's.
     #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC")]
     half_width_arcsec: Option<f64>,
-    /// Draw critical curves and caustics of the main lens over the maps, and keep them in maps.h5.
-    #[arg(long)]
-    curves: bool,
     /// Folder for maps.h5 and the figures, or one file ending in .h5 for the maps alone.
     #[arg(long, short, value_name = "DIR|FILE.h5")]
     output: PathBuf,
 }
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    let mut config = args.settings.resolve_with(args.haloes.as_deref())?;
-    args.tracing.apply(&mut config);
+    let mut config = args.sight.resolve()?;
     config.maps.points = args.grid_points.unwrap_or(config.maps.points);
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
-    config.diagnostics.critical_curves |= args.curves;
     config.validate().map_err(|error| error.named("maps.half_width_arcsec", "--half-width-arcsec"))?;
     let imported = imported_haloes(&config)?;
     let provenance = provenance(&config)?;

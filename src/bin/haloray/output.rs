@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use haloray::error::FileFault;
 use haloray::io::{Staging, check_writable};
 use haloray::report::stage_text;
 use haloray::{Error, Result};
@@ -33,7 +34,7 @@ impl Output {
         }
         if FILES.contains(&extension.as_str()) && !path.is_dir() {
             let problem = format!("-o takes a folder or a file ending in .{}", file_extensions.join(" or ."));
-            return Err(Error::unknown_format(path, problem));
+            return Err(Error::file(FileFault::UnknownFormat, path, problem));
         }
         Ok(Self::Folder(Staging::begin(path)?))
     }

@@ -8,7 +8,7 @@ use haloray::Error;
 use haloray::Result;
 use haloray::config::{self, Config, Draw};
 use haloray::cosmology::Background;
-use haloray::error::{Domain, TableKind};
+use haloray::error::{Domain, FileFault, TableKind};
 use haloray::halo::HaloCatalogue;
 use haloray::imaging::Psf;
 use haloray::io::{Provenance, PsfKernel, read_haloes};
@@ -71,13 +71,6 @@ impl Settings {
         Ok(config)
     }
 
-    /// The resolved configuration, with the halo table of `--haloes` instead of its own.
-    pub fn resolve_with(&self, haloes: Option<&Path>) -> Result<Config> {
-        let mut config = self.resolve()?;
-        config.haloes.catalogue = haloes.map(Path::to_path_buf).or(config.haloes.catalogue);
-        Ok(config)
-    }
-
     /// What the run is called in its summary.
     pub fn name(&self) -> String {
         let preset = match self.preset {
@@ -104,6 +97,32 @@ impl Tracing {
     pub fn apply(&self, config: &mut Config) {
         let accuracy = &mut config.line_of_sight.accuracy_arcsec;
         *accuracy = self.accuracy.unwrap_or(*accuracy);
+    }
+}
+
+/// One line of sight: configured, or through given haloes.
+#[derive(clap::Args)]
+pub struct Sight {
+    #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
+    tracing: Tracing,
+    /// Halo table to use instead of a draw.
+    #[arg(long, value_name = "FILE")]
+    haloes: Option<PathBuf>,
+    /// Draw critical curves and caustics of the main lens over the figures, and keep them in .h5 outputs.
+    #[arg(long)]
+    curves: bool,
+}
+
+impl Sight {
+    /// The resolved configuration, with the options laid over it.
+    pub fn resolve(&self) -> Result<Config> {
+        let mut config = self.settings.resolve()?;
+        config.haloes.catalogue = self.haloes.clone().or(config.haloes.catalogue);
+        self.tracing.apply(&mut config);
+        config.diagnostics.critical_curves |= self.curves;
+        Ok(config)
     }
 }
 
@@ -176,5 +195,5 @@ fn kernel(path: &Path, pixel_scale_arcsec: f64) -> Result<Psf> {
         let kernel = PsfKernel::read(path, pixel_scale_arcsec)?;
         Psf::kernel(kernel.nx, kernel.ny, kernel.data)
     };
-    read().map_err(|error: Error| error.in_file(path, |path, problem| Error::psf_kernel(path, problem)))
+    read().map_err(|error: Error| error.in_file(FileFault::PsfKernel, path))
 }

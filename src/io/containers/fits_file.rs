@@ -5,7 +5,7 @@ use std::path::Path;
 use fitskit::{BinTable, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
 
 use super::provenance::Provenance;
-use crate::error::{Error, Result};
+use crate::error::{Error, FileFault, Result};
 
 /// FITS files consist of blocks of this many bytes.
 const BLOCK_BYTES: usize = 2880;
@@ -23,16 +23,21 @@ const HISTORY_WIDTH: usize = 70;
 pub(crate) fn read(path: &Path) -> Result<Vec<Hdu>> {
     let bytes = std::fs::read(path).map_err(Error::read(path))?;
     if bytes.is_empty() {
-        return Err(Error::unknown_format(path, "is empty, not a FITS file"));
+        return Err(Error::file(FileFault::UnknownFormat, path, "is empty, not a FITS file"));
     }
     if !bytes.starts_with(b"SIMPLE  =") {
-        return Err(Error::unknown_format(path, "is not a FITS file: it does not begin with SIMPLE"));
+        return Err(Error::file(
+            FileFault::UnknownFormat,
+            path,
+            "is not a FITS file: it does not begin with SIMPLE",
+        ));
     }
     let mut units = Vec::new();
     let mut rest = bytes.as_slice();
     while !rest.is_empty() {
-        let (unit, length) = read_unit(rest, units.len())
-            .map_err(|problem| Error::damaged(path, format!("HDU {}: {problem}", units.len())))?;
+        let (unit, length) = read_unit(rest, units.len()).map_err(|problem| {
+            Error::file(FileFault::Damaged, path, format!("HDU {}: {problem}", units.len()))
+        })?;
         units.push(unit);
         rest = rest.get(length..).unwrap_or_default();
     }
@@ -133,7 +138,11 @@ pub(crate) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<
         Some(value) if value.is_finite() => Ok(Some(value)),
         _ => {
             let value = keyword.value.as_ref().map_or_else(|| "empty".into(), ToString::to_string);
-            Err(Error::content(path, format!("keyword {name} is {value}, but must be a finite number")))
+            Err(Error::file(
+                FileFault::Content,
+                path,
+                format!("keyword {name} is {value}, but must be a finite number"),
+            ))
         }
     }
 }

@@ -10,7 +10,7 @@ use hdf5::{Container, Dataset, File, Group, IndexType, IterationOrder, Location,
 use super::attribute::AttributeValue;
 use super::provenance::Provenance;
 use super::table::Values;
-use crate::error::{Error, Result};
+use crate::error::{Error, FileFault, Result};
 
 /// Values in one compressed chunk: 1 MiB of f64.
 const CHUNK_LENGTH: usize = 1 << 17;
@@ -35,7 +35,7 @@ pub(crate) fn open(path: &Path) -> Result<File> {
         return Err(read_error(std::io::ErrorKind::IsADirectory.into()));
     }
     if length.len() == 0 {
-        return Err(Error::unknown_format(path, "is empty, not an HDF5 file"));
+        return Err(Error::file(FileFault::UnknownFormat, path, "is empty, not an HDF5 file"));
     }
     File::open(path).map_err(|error| damaged(path, &error))
 }
@@ -191,7 +191,7 @@ pub(crate) fn read_values(path: &Path, container: &Container) -> Result<Values> 
         other => {
             let problem =
                 format!("{} has type {other}; only numbers and text are supported", container.name());
-            return Err(Error::content(path, problem));
+            return Err(Error::file(FileFault::Content, path, problem));
         }
     };
     values.map_err(|error| damaged(path, &error))
@@ -254,11 +254,15 @@ pub(crate) fn write_provenance(path: &Path, file: &File, provenance: &Provenance
 /// What a reader is told when HDF5 cannot make sense of a file.
 pub(crate) fn damaged(path: &Path, error: &hdf5::Error) -> Error {
     if error.contains_minor(MinorErrorCode::NotHdf5) {
-        Error::unknown_format(path, "is not an HDF5 file")
+        Error::file(FileFault::UnknownFormat, path, "is not an HDF5 file")
     } else if error.contains_minor(MinorErrorCode::Truncated) {
-        Error::damaged(path, "is truncated: the end of the HDF5 file is missing")
+        Error::file(FileFault::Damaged, path, "is truncated: the end of the HDF5 file is missing")
     } else {
-        Error::damaged(path, format!("is damaged or not readable as HDF5: {}", reason(error)))
+        Error::file(
+            FileFault::Damaged,
+            path,
+            format!("is damaged or not readable as HDF5: {}", reason(error)),
+        )
     }
 }
 

@@ -8,7 +8,7 @@ use super::attribute::AttributeValue;
 use super::hdf5_objects as objects;
 use super::provenance::Provenance;
 use super::table::Values;
-use crate::error::{Error, Result};
+use crate::error::{Error, FileFault, Result};
 
 /// An HDF5 file of results, being written or read back.
 ///
@@ -35,7 +35,7 @@ impl RunFile {
     /// Opens a file for reading.
     ///
     /// # Errors
-    /// [`Error::Read`] or [`Error::Content`], as from every reading method here.
+    /// [`Error::Read`] or [`Error::File`], as from every reading method here.
     pub fn open(path: &Path) -> Result<Self> {
         Ok(Self { path: path.into(), file: objects::open(path)? })
     }
@@ -128,26 +128,33 @@ impl RunFile {
         let dataset = self.dataset(group, name)?;
         match objects::read_values(&self.path, &dataset)? {
             Values::Text(text) => Ok(text),
-            Values::F64(_) => {
-                Err(Error::content(&self.path, format!("{} holds numbers, not text", dataset.name())))
-            }
+            Values::F64(_) => Err(Error::file(
+                FileFault::Content,
+                &self.path,
+                format!("{} holds numbers, not text", dataset.name()),
+            )),
         }
     }
 
     /// Reads the value attached to `object` under that name.
     pub fn read_attribute(&self, object: &str, name: &str) -> Result<AttributeValue> {
-        let place = self.locate(object).map_err(|problem| Error::content(&self.path, problem))?;
+        let place =
+            self.locate(object).map_err(|problem| Error::file(FileFault::Content, &self.path, problem))?;
         let value = objects::read_attribute(&self.path, &place, name)?;
-        value.ok_or_else(|| Error::content(&self.path, format!("{object} has no attribute {name}")))
+        value.ok_or_else(|| {
+            Error::file(FileFault::Content, &self.path, format!("{object} has no attribute {name}"))
+        })
     }
 
     /// The provenance stored when the file was created.
     pub fn provenance(&self) -> Result<Provenance> {
         let text = |name: &str| match self.read_attribute("/", name)? {
             AttributeValue::Text(text) => Ok(text),
-            other => {
-                Err(Error::content(&self.path, format!("attribute {name} is {other:?}, but must be text")))
-            }
+            other => Err(Error::file(
+                FileFault::Content,
+                &self.path,
+                format!("attribute {name} is {other:?}, but must be text"),
+            )),
         };
         let seed = match objects::read_attribute(&self.path, &self.file, "seed")? {
             Some(AttributeValue::U64(seed)) => Some(seed),
@@ -170,16 +177,18 @@ impl RunFile {
         let shape = dataset.shape();
         <[usize; N]>::try_from(shape.as_slice()).map_err(|_| {
             let problem = format!("{} has shape {shape:?}, but must have {N} dimensions", dataset.name());
-            Error::content(&self.path, problem)
+            Error::file(FileFault::Content, &self.path, problem)
         })
     }
 
     fn numbers(&self, dataset: &Dataset) -> Result<Vec<f64>> {
         match objects::read_values(&self.path, dataset)? {
             Values::F64(values) => Ok(values),
-            Values::Text(_) => {
-                Err(Error::content(&self.path, format!("{} holds text, not numbers", dataset.name())))
-            }
+            Values::Text(_) => Err(Error::file(
+                FileFault::Content,
+                &self.path,
+                format!("{} holds text, not numbers", dataset.name()),
+            )),
         }
     }
 
@@ -195,7 +204,11 @@ impl RunFile {
     fn missing(&self, what: &str, name: &str) -> Error {
         let root = self.file.group("/").ok();
         let present = root.and_then(|root| objects::member_names(&self.path, &root).ok()).unwrap_or_default();
-        Error::content(&self.path, format!("holds no {what} {name}; at its root are: {}", present.join(", ")))
+        Error::file(
+            FileFault::Content,
+            &self.path,
+            format!("holds no {what} {name}; at its root are: {}", present.join(", ")),
+        )
     }
 }
 

@@ -1,7 +1,7 @@
 //! A table in columns, whatever the format of its file.
 
 use std::collections::HashSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
@@ -70,6 +70,8 @@ impl Column {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     columns: Vec<Column>,
+    /// The file it was read from; empty for other origins.
+    path: PathBuf,
     /// Line of each row in the CSV file it was read from; empty for other origins.
     line_of_row: Vec<u64>,
 }
@@ -95,7 +97,7 @@ impl Table {
                 ));
             }
         }
-        Ok(Self { columns, line_of_row: Vec::new() })
+        Ok(Self { columns, path: PathBuf::new(), line_of_row: Vec::new() })
     }
 
     /// A table just read from `path`, which must be rectangular, with different names and rows.
@@ -104,7 +106,7 @@ impl Table {
         if table.row_count() == 0 {
             return Err(Error::table(path, "table", "has no rows"));
         }
-        Ok(Self { line_of_row, ..table })
+        Ok(Self { path: path.into(), line_of_row, ..table })
     }
 
     /// The table with one more column.
@@ -112,9 +114,8 @@ impl Table {
     /// # Errors
     /// As [`Table::new`].
     pub fn with(self, column: Column) -> Result<Self> {
-        let lines = self.line_of_row;
         let table = Self::new(self.columns.into_iter().chain([column]).collect())?;
-        Ok(Self { line_of_row: lines, ..table })
+        Ok(Self { columns: table.columns, ..self })
     }
 
     /// The columns in the order of the file.
@@ -133,20 +134,20 @@ impl Table {
         exact.or_else(|| self.columns.iter().find(|column| column.name.eq_ignore_ascii_case(name)))
     }
 
-    /// The numbers of a column that must be there and finite; `path` is for the error.
+    /// The numbers of a column that must be there and finite.
     ///
     /// # Errors
     /// [`Error::Table`] with line (CSV) or row and column, and the columns present.
-    pub fn required_f64(&self, path: &Path, name: &str) -> Result<&[f64]> {
-        self.optional_f64(path, name)?.ok_or_else(|| {
+    pub fn required_f64(&self, name: &str) -> Result<&[f64]> {
+        self.optional_f64(name)?.ok_or_else(|| {
             let present: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
             let problem = format!("is missing; the columns present are {}", present.join(", "));
-            Error::table(path, format!("column {name}"), problem)
+            self.fault(&format!("column {name}"), problem)
         })
     }
 
     /// Like [`required_f64`](Self::required_f64) for a column that may be absent.
-    pub fn optional_f64(&self, path: &Path, name: &str) -> Result<Option<&[f64]>> {
+    pub fn optional_f64(&self, name: &str) -> Result<Option<&[f64]>> {
         let Some(column) = self.column(name) else { return Ok(None) };
         let fault = match &column.values {
             Values::F64(values) => match values.iter().position(|value| !value.is_finite()) {
@@ -161,7 +162,17 @@ impl Table {
                 }
             },
         };
-        Err(Error::table(path, format!("{}, column {name}", self.place_of(fault.0)), fault.1))
+        Err(self.fault_in_row(fault.0, name, fault.1))
+    }
+
+    /// What is wrong with some place of this table.
+    pub fn fault(&self, place: &str, problem: impl Into<String>) -> Error {
+        Error::table(&self.path, place, problem)
+    }
+
+    /// What is wrong with a value of this table.
+    pub fn fault_in_row(&self, row: usize, column: &str, problem: impl Into<String>) -> Error {
+        self.fault(&format!("{}, column {column}", self.place_of(row)), problem)
     }
 
     /// `line 17` for a CSV file, `row 16` (counted from 1) otherwise.
@@ -188,7 +199,7 @@ mod tests {
     }
 
     fn message(name: &str) -> String {
-        let error = sample().required_f64(Path::new("haloes.h5"), name).unwrap_err();
+        let error = Table { path: "haloes.h5".into(), ..sample() }.required_f64(name).map(drop).unwrap_err();
         assert!(error.is_bad_input());
         error.to_string()
     }
@@ -206,8 +217,8 @@ mod tests {
     #[test]
     fn a_good_column_is_returned_whatever_its_case() {
         let table = sample();
-        assert_eq!(table.required_f64(Path::new(""), "THETA_X_ARCSEC").unwrap(), [1.0, 2.0, 3.0]);
-        assert_eq!(table.optional_f64(Path::new(""), "m200c_msun").unwrap(), None);
+        assert_eq!(table.required_f64("THETA_X_ARCSEC").unwrap(), [1.0, 2.0, 3.0]);
+        assert_eq!(table.optional_f64("m200c_msun").unwrap(), None);
     }
 
     #[test]

@@ -10,20 +10,21 @@ use super::atomic_file::{check_writable, folder_of};
 use super::provenance::Provenance;
 use super::staging::Staging;
 use super::table::{Column, Table, Values, is_exact};
-use crate::error::{Error, Result, shortest};
+use crate::error::{Error, FileFault, Result, shortest};
 
 /// Reads a CSV table: lines that start with `#` and empty lines are skipped; spaces around fields,
 /// CRLF and a byte-order mark are tolerated; double quotes may enclose a field.
 pub(super) fn read(path: &Path) -> Result<Table> {
     let bytes = std::fs::read(path).map_err(Error::read(path))?;
     if bytes.is_empty() {
-        return Err(Error::unknown_format(
+        return Err(Error::file(
+            FileFault::UnknownFormat,
             path,
             "is empty; a header line with the column names is wanted first",
         ));
     }
     let text = String::from_utf8(bytes)
-        .map_err(|_| Error::unknown_format(path, "is not a CSV file: not UTF-8 text"))?;
+        .map_err(|_| Error::file(FileFault::UnknownFormat, path, "is not a CSV file: not UTF-8 text"))?;
     let text = text.trim_start_matches('\u{feff}');
     let (names, fields, line_of_row) = split(path, text)?;
     let columns = names.into_par_iter().zip(fields);
@@ -46,8 +47,9 @@ fn split(path: &Path, text: &str) -> Result<Fields> {
     let mut fields: Vec<Vec<String>> = Vec::new();
     let mut line_of_row = Vec::new();
     for record in reader.records() {
-        let record =
-            record.map_err(|error| Error::unknown_format(path, format!("is not a CSV file: {error}")))?;
+        let record = record.map_err(|error| {
+            Error::file(FileFault::UnknownFormat, path, format!("is not a CSV file: {error}"))
+        })?;
         let start = record.position().map_or(0, csv::Position::byte) as usize;
         let line = lines.line_of_record(start);
         if names.is_empty() {
@@ -63,7 +65,8 @@ fn split(path: &Path, text: &str) -> Result<Fields> {
         }
     }
     if names.is_empty() {
-        return Err(Error::unknown_format(
+        return Err(Error::file(
+            FileFault::UnknownFormat,
             path,
             "holds comments only; a header line with the column names is wanted",
         ));
@@ -186,7 +189,7 @@ mod tests {
 
     fn fault(text: impl AsRef<[u8]>) -> String {
         let (path, table) = read_text(text);
-        let error = table.and_then(|t| t.required_f64(&path, "z").map(drop)).unwrap_err();
+        let error = table.and_then(|t| t.required_f64("z").map(drop)).unwrap_err();
         assert!(error.is_bad_input());
         error.to_string().replace(path.to_str().unwrap(), "haloes.csv")
     }
@@ -196,9 +199,9 @@ mod tests {
         let text = "\u{feff}# made by hand\r\nz , theta_x_arcsec,id,label\r\n# more\r\n\r\n 0.5 ,\t-1e-3,7,\"a, b\"\r\n1,2.5,8,c";
         let (path, table) = read_text(text);
         let table = table.unwrap();
-        assert_eq!(table.required_f64(&path, "z").unwrap(), [0.5, 1.0]);
-        assert_eq!(table.required_f64(&path, "theta_x_arcsec").unwrap(), [-1e-3, 2.5]);
-        assert_eq!(table.required_f64(&path, "id").unwrap(), [7.0, 8.0]);
+        assert_eq!(table.required_f64("z").unwrap(), [0.5, 1.0]);
+        assert_eq!(table.required_f64("theta_x_arcsec").unwrap(), [-1e-3, 2.5]);
+        assert_eq!(table.required_f64("id").unwrap(), [7.0, 8.0]);
         assert_eq!(table.columns()[3].values, Values::Text(vec!["a, b".into(), "c".into()]));
         assert_eq!((table.place_of(0), table.place_of(1)), ("line 5".into(), "line 6".into()));
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::provenance::Provenance;
 use super::table::Table;
 use super::{atomic_file, table_csv, table_fits, table_hdf5};
-use crate::error::{Error, Result};
+use crate::error::{Error, FileFault, Result};
 
 impl Table {
     /// Reads a table; `.csv`, `.h5`/`.hdf5` or `.fits`/`.fit` decides the format.
@@ -14,7 +14,7 @@ impl Table {
     /// missing the only one in the file is taken.
     ///
     /// # Errors
-    /// [`Error::Read`], [`Error::UnknownFormat`], [`Error::Damaged`] or [`Error::Table`], each naming file, place and cure.
+    /// [`Error::Read`], [`Error::File`] or [`Error::Table`], each naming file, place and cure.
     pub fn read(path: &Path, group: &str) -> Result<Self> {
         match Format::of(path)? {
             Format::Csv => table_csv::read(path),
@@ -27,7 +27,7 @@ impl Table {
     /// HDF5 and FITS, beside a CSV as `NAME.csv.provenance.toml`. Same data, same bytes.
     ///
     /// # Errors
-    /// [`Error::UnknownFormat`] for another extension, [`Error::OutputPlace`], [`Error::Write`].
+    /// [`Error::File`] for another extension, [`Error::OutputPlace`], [`Error::Write`].
     pub fn write(&self, path: &Path, group: &str, provenance: &Provenance) -> Result<()> {
         match Format::of(path)? {
             Format::Csv => table_csv::write(self, path, provenance),
@@ -61,7 +61,8 @@ impl Format {
             Some("csv") => Ok(Self::Csv),
             Some("h5" | "hdf5") => Ok(Self::Hdf5),
             Some("fits" | "fit") => Ok(Self::Fits),
-            _ => Err(Error::unknown_format(
+            _ => Err(Error::file(
+                FileFault::UnknownFormat,
                 path,
                 "the extension does not name a table format; allowed: .csv, .h5, .hdf5, .fits, .fit",
             )),

@@ -7,7 +7,7 @@ use fitskit::{BinColumn, BinColumnType, BinTable, Hdu, HduData, HeaderValue};
 use super::fits_file as fits;
 use super::provenance::Provenance;
 use super::table::{Column, Table, Values};
-use crate::error::{Error, Result};
+use crate::error::{Error, FileFault, Result};
 
 /// Reads the binary table of that name; where it is missing, the only one.
 pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
@@ -17,12 +17,12 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
     let unit = match (tables.iter().find(|unit| fits::is_called(unit, group)), tables.as_slice()) {
         (Some(named), _) => named,
         (None, [only]) => only,
-        (None, []) => return Err(Error::content(path, "holds no binary table")),
+        (None, []) => return Err(Error::file(FileFault::Content, path, "holds no binary table")),
         (None, several) => {
             let names = several.iter().map(|unit| unit.header.get_string("EXTNAME").unwrap_or("(unnamed)"));
             let names: Vec<&str> = names.collect();
             let problem = format!("holds no table {group}; the tables are {}", names.join(", "));
-            return Err(Error::content(path, problem));
+            return Err(Error::file(FileFault::Content, path, problem));
         }
     };
     let HduData::BinTable(table) = &unit.data else {
@@ -32,7 +32,7 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
     let fits_in = |column: &BinColumn| column.format.byte_size() <= table.row_len;
     if width != table.row_len || !table.columns.iter().all(fits_in) {
         let problem = format!("the columns take {width} bytes a row, but NAXIS1 is {}", table.row_len);
-        return Err(Error::damaged(path, problem));
+        return Err(Error::file(FileFault::Damaged, path, problem));
     }
     let mut offset = 0;
     let mut columns = Vec::with_capacity(table.columns.len());

@@ -8,7 +8,7 @@ use super::attribute::AttributeValue;
 use super::hdf5_objects as objects;
 use super::provenance::Provenance;
 use super::table::{Column, Table, Values};
-use crate::error::{Error, Result};
+use crate::error::{Error, FileFault, Result};
 
 /// Reads the group of that name; where it is missing, the datasets of the root or the only group.
 pub(super) fn read(path: &Path, group_name: &str) -> Result<Table> {
@@ -38,17 +38,23 @@ fn choose_group(path: &Path, file: &hdf5::File, wanted: &str) -> Result<Group> {
     }
     if root.dataset(wanted).is_ok() {
         let problem = format!("/{wanted} is one dataset; a group with one dataset a column is wanted");
-        return Err(Error::content(path, problem));
+        return Err(Error::file(FileFault::Content, path, problem));
     }
     let groups: Vec<&String> = names.iter().filter(|name| root.group(name).is_ok()).collect();
     let has_datasets = names.iter().any(|name| root.dataset(name).is_ok());
     match (has_datasets, groups.as_slice()) {
         (true, _) => Ok(root),
         (false, [only]) => root.group(only).map_err(damaged),
-        (false, []) => Err(Error::content(path, format!("holds no group /{wanted} and no datasets"))),
+        (false, []) => {
+            Err(Error::file(FileFault::Content, path, format!("holds no group /{wanted} and no datasets")))
+        }
         (false, several) => {
             let list: Vec<String> = several.iter().map(|name| format!("/{name}")).collect();
-            Err(Error::content(path, format!("holds no group /{wanted}; the groups are {}", list.join(", "))))
+            Err(Error::file(
+                FileFault::Content,
+                path,
+                format!("holds no group /{wanted}; the groups are {}", list.join(", ")),
+            ))
         }
     }
 }
@@ -152,7 +158,7 @@ mod tests {
     #[test]
     fn root_datasets_serve_where_the_group_is_missing() {
         let (_folder, path) = foreign(&[("z", &[0.5]), ("x", &[1.0])]);
-        assert_eq!(read(&path, "haloes").unwrap().required_f64(&path, "x").unwrap(), [1.0]);
+        assert_eq!(read(&path, "haloes").unwrap().required_f64("x").unwrap(), [1.0]);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fitskit::Header;
 
-use crate::error::{Domain, Error, Result};
+use crate::error::{Domain, Error, FileFault, Result};
 use crate::imaging::PixelSampling;
 use crate::io::containers::fits_file as fits;
 
@@ -75,7 +75,12 @@ fn pixel_sampling(path: &Path, header: &Header) -> Result<Option<PixelSampling>>
     let given = header.get_string(SAMPLING).unwrap_or("not text");
     let all = [PixelSampling::Point, PixelSampling::Adaptive];
     let found = all.into_iter().find(|sampling| sampling.name() == given.trim());
-    let fault =
-        || Error::content(path, format!("{SAMPLING} is '{given}', but must be 'point' or 'adaptive'"));
+    let fault = || {
+        Error::file(
+            FileFault::Content,
+            path,
+            format!("{SAMPLING} is '{given}', but must be 'point' or 'adaptive'"),
+        )
+    };
     found.map(Some).ok_or_else(fault)
 }

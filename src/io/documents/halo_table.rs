@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::cosmology::Background;
-use crate::error::{Error, Result, TableKind, shortest};
+use crate::error::{Result, TableKind, shortest};
 use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
 use crate::io::containers::{Column, Provenance, Table, Values};
 
@@ -37,8 +37,8 @@ pub fn read_haloes(path: &Path, z_source: f64, background: &Background) -> Resul
 
 fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatalogue> {
     let table = Table::read(path, HALOES_GROUP)?;
-    let column = |name: &str| table.required_f64(path, name).map(<[f64]>::to_vec);
-    let optional = |name: &str| table.optional_f64(path, name).map(|c| c.map(<[f64]>::to_vec));
+    let column = |name: &str| table.required_f64(name).map(<[f64]>::to_vec);
+    let optional = |name: &str| table.optional_f64(name).map(|c| c.map(<[f64]>::to_vec));
     let (m200c_msun, c200c) = (optional("m200c_msun")?, optional("c200c")?);
     let by_angles = table.column("r_s_arcsec").is_some() || table.column("alpha_rs_arcsec").is_some();
     let masses = match (by_angles, m200c_msun.clone(), c200c.clone()) {
@@ -49,7 +49,7 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
                 "has neither r_s_arcsec,alpha_rs_arcsec nor m200c_msun,c200c; the columns present are {}",
                 present.join(", ")
             );
-            return Err(Error::table(path, "table", problem));
+            return Err(table.fault("table", problem));
         }
         (true, ..) => HaloMasses::Angles {
             r_s_arcsec: column("r_s_arcsec")?,
@@ -59,16 +59,12 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
     let theta = [column("theta_x_arcsec")?, column("theta_y_arcsec")?];
     let mut haloes =
         HaloCatalogue::new(z_source, background, column("z")?, theta, masses).map_err(|fault| {
-            let place = format!("{}, column {}", table.place_of(fault.row), fault.column);
-            Error::table(
-                path,
-                place,
-                format!("{} is not allowed; must be {}", shortest(fault.value), fault.allowed),
-            )
+            let problem = format!("{} is not allowed; must be {}", shortest(fault.value), fault.allowed);
+            table.fault_in_row(fault.row, fault.column, problem)
         })?;
-    haloes.r_trunc_arcsec = truncation_radii(path, &table)?;
+    haloes.r_trunc_arcsec = truncation_radii(&table)?;
     if by_angles && let (Some(m), Some(c)) = (&m200c_msun, &c200c) {
-        check_same_source(path, &haloes, background, m, c)?;
+        check_same_source(&table, &haloes, background, m, c)?;
     }
     (haloes.m200c_msun, haloes.c200c) = (m200c_msun, c200c);
     for own in table.columns().iter().filter(|c| !KNOWN.iter().any(|k| k.eq_ignore_ascii_case(&c.name))) {
@@ -80,21 +76,20 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
     Ok(haloes)
 }
 
-fn truncation_radii(path: &Path, table: &Table) -> Result<Option<Vec<f64>>> {
-    let Some(radii) = table.optional_f64(path, "r_trunc_arcsec")? else { return Ok(None) };
+fn truncation_radii(table: &Table) -> Result<Option<Vec<f64>>> {
+    let Some(radii) = table.optional_f64("r_trunc_arcsec")? else { return Ok(None) };
     match radii.iter().position(|r| *r <= 0.0) {
         None => Ok(Some(radii.to_vec())),
-        Some(row) => Err(Error::table(
-            path,
-            format!("{}, column r_trunc_arcsec", table.place_of(row)),
-            format!("{} is not allowed; must be positive", radii[row]),
-        )),
+        Some(row) => {
+            let problem = format!("{} is not allowed; must be positive", radii[row]);
+            Err(table.fault_in_row(row, "r_trunc_arcsec", problem))
+        }
     }
 }
 
 /// A table with angles and masses says twice what a halo does: refuse it when the two contradict each other.
 fn check_same_source(
-    path: &Path,
+    table: &Table,
     haloes: &HaloCatalogue,
     background: &Background,
     m200c_msun: &[f64],
@@ -109,15 +104,12 @@ fn check_same_source(
     if (median - 1.0).abs() <= ANGLES_AGAINST_MASSES {
         return Ok(());
     }
-    Err(Error::table(
-        path,
-        "columns alpha_rs_arcsec and m200c_msun",
-        format!(
-            "contradict each other for a source at z = {} (median ratio {median:.4}): the angles were reduced to \
-             another source or cosmology; leave out either r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c",
-            haloes.z_source()
-        ),
-    ))
+    let problem = format!(
+        "contradict each other for a source at z = {} (median ratio {median:.4}): the angles were reduced to \
+         another source or cosmology; leave out either r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c",
+        haloes.z_source()
+    );
+    Err(table.fault("columns alpha_rs_arcsec and m200c_msun", problem))
 }
 
 /// The catalogue as a table, a user's own columns last.

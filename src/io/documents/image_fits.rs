@@ -6,7 +6,7 @@ use fitskit::{Hdu, HduData, Header, HeaderValue, ImageData, PixelData};
 
 use super::exposure_keywords::ExposureKeywords;
 use super::image_wcs::{pixel_scale_arcsec as scale_of, push_wcs};
-use crate::error::{Domain, Error, Result};
+use crate::error::{Domain, Error, FileFault, Result};
 use crate::imaging::{Instrument, PixelSampling, Psf, SkyGrid};
 use crate::io::containers::{Provenance, fits_file as fits, write_atomically};
 
@@ -82,7 +82,7 @@ impl ImageFile {
     /// A pixel that is not finite must be masked out, and is then returned as 0.
     ///
     /// # Errors
-    /// [`Error::Read`] or [`Error::Content`], naming keyword, extension or pixel.
+    /// [`Error::Read`] or [`Error::File`], naming keyword, extension or pixel.
     pub fn read(path: &Path) -> Result<Self> {
         let units = fits::read(path)?;
         let extension = |name| units.iter().skip(1).find(|unit| fits::is_called(unit, name));
@@ -90,7 +90,7 @@ impl ImageFile {
         let is_image = |unit: &&Hdu| matches!(&unit.data, HduData::Image(_));
         let is_extra = |unit: &Hdu| fits::is_called(unit, "PSF") || fits::is_called(unit, "MASK");
         let unit = units.iter().find(|unit| is_image(unit) && !is_extra(unit));
-        let Some(unit) = unit else { return Err(Error::content(path, "holds no image")) };
+        let Some(unit) = unit else { return Err(Error::file(FileFault::Content, path, "holds no image")) };
 
         let (mut data, nx, ny) = pixels(path, unit, "the image")?;
         check_unit(path, &unit.header)?;
@@ -157,10 +157,14 @@ fn pixels(path: &Path, unit: &Hdu, what: &str) -> Result<(Vec<f64>, usize, usize
         _ => &[],
     };
     let (HduData::Image(image), [nx, ny, rest @ ..]) = (&unit.data, axes) else {
-        return Err(Error::content(path, format!("{what} has no two axes")));
+        return Err(Error::file(FileFault::Content, path, format!("{what} has no two axes")));
     };
     if rest.iter().any(|&length| length != 1) {
-        return Err(Error::content(path, format!("{what} has the axes {axes:?}, but must have two")));
+        return Err(Error::file(
+            FileFault::Content,
+            path,
+            format!("{what} has the axes {axes:?}, but must have two"),
+        ));
     }
     let scale = fits::number(path, &unit.header, "BSCALE")?.unwrap_or(1.0);
     let zero = fits::number(path, &unit.header, "BZERO")?.unwrap_or(0.0);
@@ -173,7 +177,8 @@ fn check_unit(path: &Path, header: &Header) -> Result<()> {
     let plain = unit.trim().to_ascii_lowercase().replace(' ', "");
     match plain.as_str() {
         "" | "electron/s" | "electrons/s" | "e-/s" | "e/s" | "electrons-1" | "electrons**-1" => Ok(()),
-        _ => Err(Error::content(
+        _ => Err(Error::file(
+            FileFault::Content,
             path,
             format!("BUNIT is '{unit}', but must be 'electron/s': divide by gain and time"),
         )),
@@ -189,7 +194,7 @@ fn check_finite(path: &Path, data: &mut [f64], nx: usize, mask: Option<&[bool]>)
                 i % nx + 1,
                 i / nx + 1
             );
-            return Err(Error::content(path, problem));
+            return Err(Error::file(FileFault::Content, path, problem));
         }
         *value = 0.0;
     }
@@ -200,12 +205,14 @@ fn read_mask(path: &Path, unit: &Hdu, (nx, ny): (usize, usize)) -> Result<Vec<bo
     let (values, mask_nx, mask_ny) = pixels(path, unit, "MASK")?;
     if (mask_nx, mask_ny) != (nx, ny) {
         let problem = format!("MASK has {mask_nx}x{mask_ny} pixels, but the image has {nx}x{ny}");
-        return Err(Error::content(path, problem));
+        return Err(Error::file(FileFault::Content, path, problem));
     }
     match values.iter().find(|&&value| value != 0.0 && value != 1.0) {
-        Some(value) => {
-            Err(Error::content(path, format!("MASK holds {value}; allowed: 1 = use the pixel, 0 = do not")))
-        }
+        Some(value) => Err(Error::file(
+            FileFault::Content,
+            path,
+            format!("MASK holds {value}; allowed: 1 = use the pixel, 0 = do not"),
+        )),
         None => Ok(values.iter().map(|&value| value == 1.0).collect()),
     }
 }
@@ -214,14 +221,14 @@ impl PsfKernel {
     /// Reads a kernel that lies on pixels of `pixel_scale_arcsec`: the extension `PSF` or, without one, the first image.
     ///
     /// # Errors
-    /// [`Error::Read`], or [`Error::Content`] for a value that is not finite or a stated pixel scale that differs.
+    /// [`Error::Read`], or [`Error::File`] for a value that is not finite or a stated pixel scale that differs.
     pub fn read(path: &Path, pixel_scale_arcsec: f64) -> Result<Self> {
         /// Pixel scales that differ by less than this are equal but for rounding.
         const SCALE_TOLERANCE: f64 = 1e-3;
         let units = fits::read(path)?;
         let named = units.iter().find(|unit| fits::is_called(unit, "PSF"));
         let unit = named.or_else(|| units.iter().find(|unit| matches!(&unit.data, HduData::Image(_))));
-        let Some(unit) = unit else { return Err(Error::psf_kernel(path, "holds no image")) };
+        let Some(unit) = unit else { return Err(Error::file(FileFault::PsfKernel, path, "holds no image")) };
         let has_scale = ["CDELT1", "CD1_1", "PIXSCALE"].iter().any(|name| unit.header.find(name).is_some());
         if has_scale {
             let stated = scale_of(path, &unit.header)?;
@@ -229,7 +236,7 @@ impl PsfKernel {
                 let problem = format!(
                     "the PSF has pixels of {stated} arcsec, but must have those of the image, {pixel_scale_arcsec} arcsec"
                 );
-                return Err(Error::psf_kernel(path, problem));
+                return Err(Error::file(FileFault::PsfKernel, path, problem));
             }
         }
         read_psf(path, unit)
@@ -239,7 +246,9 @@ impl PsfKernel {
 fn read_psf(path: &Path, unit: &Hdu) -> Result<PsfKernel> {
     let (data, nx, ny) = pixels(path, unit, "PSF")?;
     match data.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(Error::psf_kernel(path, format!("PSF holds {value}; finite numbers only"))),
+        Some(value) => {
+            Err(Error::file(FileFault::PsfKernel, path, format!("PSF holds {value}; finite numbers only")))
+        }
         None => Ok(PsfKernel { data, nx, ny }),
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fitskit::Header;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, FileFault, Result};
 use crate::io::containers::fits_file as fits;
 
 /// Arcseconds in a degree.
@@ -48,7 +48,11 @@ pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<f64> {
     let direct = number("PIXSCALE")?;
     let scale = match (steps, direct) {
         (Some((x, y)), _) if (x - y).abs() > SCALE_TOLERANCE * x.max(y) => {
-            return Err(Error::content(path, format!("the pixels are not square: {x} by {y} deg")));
+            return Err(Error::file(
+                FileFault::Content,
+                path,
+                format!("the pixels are not square: {x} by {y} deg"),
+            ));
         }
         (Some((x, _)), direct) => {
             let from_wcs = x * unit_arcsec(path, header)?;
@@ -59,13 +63,17 @@ pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<f64> {
         (None, Some(direct)) => direct,
         (None, None) => {
             let problem = "has no pixel scale; CDELT1 and CDELT2 (deg), CD1_1 … CD2_2 (deg) or PIXSCALE (arcsec) is wanted";
-            return Err(Error::content(path, problem));
+            return Err(Error::file(FileFault::Content, path, problem));
         }
     };
     if scale > 0.0 {
         Ok(scale)
     } else {
-        Err(Error::content(path, format!("the pixel scale is {scale} arcsec, but must be > 0")))
+        Err(Error::file(
+            FileFault::Content,
+            path,
+            format!("the pixel scale is {scale} arcsec, but must be > 0"),
+        ))
     }
 }
 
@@ -73,7 +81,11 @@ fn unit_arcsec(path: &Path, header: &Header) -> Result<f64> {
     match header.get_string("CUNIT1").map_or("deg", str::trim) {
         "" | "deg" | "degree" | "degrees" => Ok(ARCSEC_PER_DEG),
         "arcsec" => Ok(1.0),
-        other => Err(Error::content(path, format!("CUNIT1 is '{other}', but must be 'deg' or 'arcsec'"))),
+        other => Err(Error::file(
+            FileFault::Content,
+            path,
+            format!("CUNIT1 is '{other}', but must be 'deg' or 'arcsec'"),
+        )),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result, TableKind};
+use crate::error::{Result, TableKind};
 use crate::io::containers::{Column, Table, Values};
 use crate::mock::MockSystem;
 
@@ -70,19 +70,19 @@ pub fn read_truth_table(path: &Path) -> Result<Vec<TrueShear>> {
 
 fn read(path: &Path) -> Result<Vec<TrueShear>> {
     let table = Table::read(path, CATALOGUE_GROUP)?;
-    let (gamma1, gamma2) = (table.required_f64(path, "gamma1_los")?, table.required_f64(path, "gamma2_los")?);
-    let quality = table.optional_f64(path, "quality")?;
+    let (gamma1, gamma2) = (table.required_f64("gamma1_los")?, table.required_f64("gamma2_los")?);
+    let quality = table.optional_f64("quality")?;
     let images: Vec<String> = match table.column("image").map(|column| &column.values) {
         Some(Values::Text(names)) => names.clone(),
         Some(Values::F64(numbers)) => numbers.iter().map(f64::to_string).collect(),
         None => {
-            return Err(Error::table(path, "column image", "is missing; it names the FITS file of each row"));
+            return Err(table.fault("column image", "is missing; it names the FITS file of each row"));
         }
     };
     for (row, image) in images.iter().enumerate() {
         if images[..row].contains(image) {
             let problem = format!("{image:?} stands in an earlier row too");
-            return Err(Error::table(path, format!("{}, column image", table.place_of(row)), problem));
+            return Err(table.fault_in_row(row, "image", problem));
         }
     }
     let rows = images.into_iter().enumerate();

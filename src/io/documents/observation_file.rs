@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::exposure_keywords::ExposureKeywords;
 use super::image_fits::ImageFile;
-use crate::error::{Domain, Error, Result};
+use crate::error::{Domain, Error, FileFault, Result};
 use crate::imaging::{Psf, SkyGrid};
 use crate::inference::Observation;
 
@@ -23,7 +23,7 @@ pub fn read_observation(path: &Path) -> Result<(Observation, ExposureKeywords)> 
         observation.validate()?;
         Ok((observation, image.keywords))
     };
-    read().map_err(|error: Error| error.in_file(path, |path, problem| Error::observation(path, problem)))
+    read().map_err(|error: Error| error.in_file(FileFault::Observation, path))
 }
 
 fn observation(path: &Path, image: &ImageFile) -> Result<Observation> {
@@ -77,7 +77,7 @@ fn psf(path: &Path, image: &ImageFile) -> Result<Psf> {
             let near_one = Domain::from_to(1.0 - NORMALISED, 1.0 + NORMALISED);
             let normalised = near_one.check_in_words("sum of the PSF kernel", total, "1 within 1e-3");
             let psf = normalised.and_then(|_| Psf::kernel(kernel.nx, kernel.ny, kernel.data.clone()));
-            psf.map_err(|error| error.in_file(path, |path, problem| Error::psf_kernel(path, problem)))
+            psf.map_err(|error| error.in_file(FileFault::PsfKernel, path))
         }
     }
 }

@@ -116,7 +116,7 @@ impl Writer<'_> {
 /// Reads the variables of `/posterior` in the order they were written.
 ///
 /// # Errors
-/// [`Error::Read`] or [`Error::Content`].
+/// [`Error::Read`] or [`Error::File`].
 pub fn read_posterior(path: &Path) -> Result<Vec<PosteriorVariable>> {
     let file = objects::open(path)?;
     let group = file.group(POSTERIOR).map_err(|error| objects::damaged(path, &error))?;

@@ -32,7 +32,7 @@ const SECOND: [&str; 6] = ["b_xxx", "b_xxy", "b_xyy", "b_yxx", "b_yxy", "b_yyy"]
 pub fn read_points(path: &Path) -> Result<Points> {
     let of_points = |error: Error| error.in_table(TableKind::Points);
     let table = Table::read(path, POINTS_GROUP).map_err(of_points)?;
-    let column = |name| table.required_f64(path, name).map_err(of_points);
+    let column = |name| table.required_f64(name).map_err(of_points);
     let [x, y] = [column("theta_x_arcsec")?, column("theta_y_arcsec")?];
     let theta_arcsec = x.iter().zip(y).map(|(x, y)| [*x, *y]).collect();
     Ok(Points { theta_arcsec, table })

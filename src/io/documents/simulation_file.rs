@@ -6,7 +6,7 @@ use super::halo_table::halo_columns;
 use super::image_table::curve_table;
 use crate::config::Config;
 use crate::diagnostics::{CriticalCurve, CriticalCurves, CurveKind, HaloTidal, TidalMaps};
-use crate::error::Result;
+use crate::error::{FileFault, Result};
 use crate::imaging::Exposure;
 use crate::io::containers::{Column, Provenance, RunFile, Values};
 use crate::pipeline::{Haloes, Quantities, Simulation, Summary, View};
@@ -148,7 +148,7 @@ pub fn write_curves(
 /// Reads what [`write_curves`] wrote.
 ///
 /// # Errors
-/// [`crate::Error::Content`] when the group is not of that form.
+/// [`crate::Error::File`] when the group is not of that form.
 pub fn read_curves(file: &RunFile, group: &str) -> Result<CriticalCurves> {
     let column = |name: &str| file.read_1d(group, name);
     let pair = |a: &str, b: &str| -> Result<Vec<[f64; 2]>> {

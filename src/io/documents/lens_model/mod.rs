@@ -11,7 +11,7 @@ use serde::Deserialize;
 use self::arguments::Arguments;
 use self::line_of_sight::LINES_OF_SIGHT;
 use crate::cosmology::Background;
-use crate::error::{Error, Result, require};
+use crate::error::{Error, FileFault, Result, require};
 use crate::mapping::Mapping;
 use crate::mapping::multiplane::GeneralMultiPlane;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
@@ -96,10 +96,9 @@ impl LensOfFile {
 /// or outside their domain; every message names the file.
 pub fn read_lens_model(path: &Path, default_background: &Background) -> Result<LensModelFile> {
     let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
-    let file: ModelFile =
-        serde_json::from_str(&text).map_err(|e| Error::lens_model(path, format!("not a lens model: {e}")))?;
-    file.build(default_background)
-        .map_err(|error| error.in_file(path, |path, problem| Error::lens_model(path, problem)))
+    let file: ModelFile = serde_json::from_str(&text)
+        .map_err(|e| Error::file(FileFault::LensModel, path, format!("not a lens model: {e}")))?;
+    file.build(default_background).map_err(|error| error.in_file(FileFault::LensModel, path))
 }
 
 impl ModelFile {

@@ -1,0 +1,134 @@
+//! Ctrl-C and SIGTERM: an end within a second, exit code 130 or 143, what is kept and how to go on, nothing half-written.
+#![cfg(unix)]
+
+use std::fs;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use haloray::io::Provenance;
+
+use crate::folder::Folder;
+use crate::small_image::{self, MODEL};
+
+const BINARY: &str = env!("CARGO_BIN_EXE_haloray");
+/// The command ends within a second; a busy machine may take longer to notice.
+const END: Duration = Duration::from_secs(5);
+
+/// Runs a command, sends the signal once `is_time`, and says what came of it.
+fn stop(folder: &Folder, arguments: &str, signal: &str, is_time: impl Fn() -> bool) -> Output {
+    let mut child = Command::new(BINARY)
+        .args(arguments.split(' '))
+        .current_dir(folder.path(""))
+        .env("HDF5_USE_FILE_LOCKING", "FALSE")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while !is_time() {
+        assert!(start.elapsed() < Duration::from_secs(120), "{arguments}: the moment never comes");
+        assert!(child.try_wait().unwrap().is_none(), "{arguments} ended before it was stopped");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let sent = Instant::now();
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    println!("{arguments}: stopped within {:?}", sent.elapsed());
+    assert!(sent.elapsed() < END, "{arguments}: {:?}", sent.elapsed());
+    output
+}
+
+/// Checks exit code and message; returns stderr.
+fn check(output: &Output, code: i32, arguments: &str, wanted: &[&str]) {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments}: {stderr}");
+    for text in wanted.iter().copied().chain([arguments]) {
+        assert!(stderr.contains(text), "{arguments}: without {text:?}: {stderr}");
+    }
+    assert!(!stderr.contains("error:") && !stderr.contains("panicked"), "{arguments}: {stderr}");
+}
+
+/// True once a staging folder has appeared in that folder.
+fn has_begun(folder: &Folder, output: &str) -> bool {
+    let Ok(entries) = fs::read_dir(folder.path(output)) else { return false };
+    entries.flatten().any(|entry| entry.path().join(".lock").exists())
+}
+
+#[test]
+fn long_commands_end_at_once_and_leave_nothing() {
+    let folder = Folder::with(&[]);
+    for (arguments, signal, code, first) in [
+        ("simulate --draw brute-force -o out", "-INT", 130, "stopped by Ctrl-C"),
+        ("mock -n 4000 -o out", "-TERM", 143, "stopped by SIGTERM"),
+        ("study tidal -n 1000 -o out", "-INT", 130, "stopped by Ctrl-C"),
+        ("study cut --quiet -o out", "-INT", 130, "stopped by Ctrl-C"),
+        ("study calibration -n 100 -o out", "-TERM", 143, "stopped by SIGTERM"),
+    ] {
+        let output = stop(&folder, arguments, signal, || has_begun(&folder, "out"));
+        check(&output, code, arguments, &[first, "to begin again: "]);
+        let said = String::from_utf8_lossy(&output.stderr).contains("removed: what was half-written in out");
+        assert_eq!(said, !arguments.contains("--quiet"), "{arguments}");
+        assert!(output.stdout.is_empty() && folder.files().is_empty(), "{arguments}: {:?}", folder.files());
+    }
+}
+
+#[test]
+fn a_trace_ends_at_once_and_keeps_the_former_table() {
+    let folder = Folder::with(&[("rays.csv", "former")]);
+    assert!(folder.haloray("populate -o haloes.h5").status.success());
+    let rows: String =
+        (0..400_000).map(|i| format!("{},{}\n", f64::from(i % 1000) / 500.0, i / 1000)).collect();
+    fs::write(folder.path("points.csv"), format!("theta_x_arcsec,theta_y_arcsec\n{rows}")).unwrap();
+    let before = folder.files();
+    let arguments =
+        "trace --haloes haloes.h5 --points points.csv --z-source 1.5 --accuracy exact -o rays.csv";
+    let start = Instant::now();
+    let output = stop(&folder, arguments, "-INT", || start.elapsed() > Duration::from_millis(1500));
+    check(&output, 130, arguments, &["stopped by Ctrl-C", "kept: nothing"]);
+    assert!(folder.files() == before, "something was left behind");
+}
+
+#[test]
+fn a_fit_that_was_stopped_continues_and_ends_with_the_same_posterior() {
+    let folder = Folder::with(&[("small.toml", MODEL)]);
+    small_image::image([0.0, 0.0], 0).write(&folder.path("image.fits"), &Provenance::new(None, "")).unwrap();
+    let before = folder.files();
+    let arguments = "fit image.fits --model small.toml --sampler nuts --seed 3 -o fit";
+    let output = stop(&folder, arguments, "-INT", || has_begun(&folder, "fit"));
+    check(&output, 130, arguments, &["stopped by Ctrl-C", "removed: what was half-written in fit"]);
+    fs::remove_file(folder.path(".fit.haloray-fit")).ok();
+    assert!(folder.files() == before, "something was left behind");
+
+    let state = folder.path(".fit.haloray-fit");
+    let output = stop(&folder, arguments, "-TERM", || state.exists());
+    check(&output, 143, arguments, &["kept: the state of the fit in .fit.haloray-fit", "to continue: "]);
+    assert!(!folder.path("fit").exists());
+    assert!(folder.haloray(arguments).status.success());
+    assert!(folder.haloray(&arguments.replace("-o fit", "-o whole")).status.success());
+    let posterior = |fit: &str| fs::read(folder.path(fit).join("posterior.nc")).unwrap();
+    assert!(posterior("fit") == posterior("whole"), "posteriors differ");
+    assert!(!state.exists());
+}
+
+#[test]
+fn a_second_signal_ends_without_patience_and_closed_outputs_do_not_matter() {
+    let folder = Folder::with(&[]);
+    let mut child = Command::new(BINARY)
+        .args(["simulate", "--draw", "brute-force", "-o", "out"])
+        .current_dir(folder.path(""))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop((child.stdout.take(), child.stderr.take()));
+    while !has_begun(&folder, "out") {
+        assert!(child.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    for _ in 0..2 {
+        let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status();
+    }
+    let sent = Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(sent.elapsed() < END && folder.files().is_empty());
+}
