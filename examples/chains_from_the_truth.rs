@@ -54,7 +54,7 @@ fn main() -> Result<()> {
         let posterior = SHEARS.map(|name| fit.draws_of(name).unwrap_or_default());
 
         let free = fit.likelihood.model.free.iter();
-        let true_value = |name: &str| -> Result<f64> { Ok(truth.required_f64(&path, name)?[row]) };
+        let true_value = |name: &str| -> Result<f64> { Ok(truth.required_f64(name)?[row]) };
         let start =
             free.map(|p| Ok(p.prior.to_latent(true_value(&p.name)?))).collect::<Result<Vec<f64>>>()?;
         let (chains, r_hat) = chains_from(&fit, start)?;

@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn comments_spaces_crlf_and_a_byte_order_mark_are_tolerated() {
         let text = "\u{feff}# made by hand\r\nz , theta_x_arcsec,id,label\r\n# more\r\n\r\n 0.5 ,\t-1e-3,7,\"a, b\"\r\n1,2.5,8,c";
-        let (path, table) = read_text(text);
+        let (_, table) = read_text(text);
         let table = table.unwrap();
         assert_eq!(table.required_f64("z").unwrap(), [0.5, 1.0]);
         assert_eq!(table.required_f64("theta_x_arcsec").unwrap(), [-1e-3, 2.5]);

@@ -6,7 +6,7 @@ use super::halo_table::halo_columns;
 use super::image_table::curve_table;
 use crate::config::Config;
 use crate::diagnostics::{CriticalCurve, CriticalCurves, CurveKind, HaloTidal, TidalMaps};
-use crate::error::{FileFault, Result};
+use crate::error::Result;
 use crate::imaging::Exposure;
 use crate::io::containers::{Column, Provenance, RunFile, Values};
 use crate::pipeline::{Haloes, Quantities, Simulation, Summary, View};
