@@ -20,6 +20,12 @@
 //! Below them: [`profile`] (mass and light, angles in, angles out), [`numerics`], [`constants`], [`error`], [`monitor`].
 //! Angles are in arcsec, distances in comoving Mpc where the name says `cmpc`, masses in solar masses; never h-units.
 //!
+//! A program that builds on haloray needs few of its names: [`config::load`] and [`config::Preset`]; [`pipeline::populate`] and
+//! [`pipeline::simulate`]; [`halo::HaloCatalogue`], [`io::read_haloes`] and [`io::write_haloes`]; [`mapping::Mapping`];
+//! [`diagnostics::Distortion`] and [`diagnostics::TidalMaps`]; [`imaging::Scene`] and [`imaging::expose`];
+//! [`io::read_observation`], [`inference::model::ModelDescription`] and [`inference::Fit`]; [`io::Staging`] and [`io::Table`];
+//! [`monitor::Monitor`], to watch and to stop work; [`Error`], whose [`hint`](Error::hint) says what helps.
+//!
 //! ```
 //! use haloray::cosmology::Background;
 //! use haloray::diagnostics::Distortion;

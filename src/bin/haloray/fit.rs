@@ -16,7 +16,7 @@ use haloray::inference::sample::{
 };
 use haloray::inference::{Fit, FitSettings, FitStage, SamplerRun};
 use haloray::io::{Provenance, Staging, read_checkpoint, read_observation, write_checkpoint};
-use haloray::monitor::Monitor as _;
+use haloray::monitor::Monitor;
 use haloray::report::{FitSummary, write_fit};
 use haloray::{Error, Result};
 
@@ -197,7 +197,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let fit = Fit::run(observation, model, settings, saved.map(|(run, _)| run), |stage| {
         watch(&description.name, stage, bars, |run| {
             let now = Instant::now();
-            if now >= next_save {
+            if now >= next_save || bars.is_cancelled() {
                 write_checkpoint(&checkpoint, &command, &(run, seconds()))?;
                 next_save = Instant::now() + now.elapsed() * COMPUTED_PER_SAVED;
             }
@@ -243,6 +243,7 @@ pub fn watch(
                 )
             });
             save(run)?;
+            (bars as &dyn Monitor).check()?;
         }
     }
     Ok(())

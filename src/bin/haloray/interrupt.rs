@@ -1,11 +1,11 @@
 //! Ctrl-C and SIGTERM: the work is told to stop; what it does not clean up in time is cleaned up here.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use haloray::io::remove_temporaries;
+use haloray::io::{folders_written_to, remove_temporaries};
 use haloray::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
@@ -17,8 +17,8 @@ const PATIENCE: Duration = Duration::from_millis(700);
 /// How often a second signal, which ends the patience, is looked for.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// The signal that came, and whether the process is already ending by it.
-static CAUGHT: Mutex<Option<i32>> = Mutex::new(None);
+/// The signal that came, and the folders into which outputs were being written then.
+static CAUGHT: Mutex<Option<(i32, Vec<PathBuf>)>> = Mutex::new(None);
 
 /// Starts the thread that waits for a signal.
 ///
@@ -29,7 +29,8 @@ pub fn watch(bars: &'static Bars) -> Result<()> {
     let mut signals = signals.map_err(|error| Error::write(Path::new("signal handlers"), error))?;
     std::thread::spawn(move || {
         let Some(signal) = signals.forever().next() else { return };
-        *CAUGHT.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(signal);
+        *CAUGHT.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) =
+            Some((signal, folders_written_to()));
         bars.cancel();
         let start = Instant::now();
         while start.elapsed() < PATIENCE && signals.pending().next().is_none() {
@@ -44,16 +45,15 @@ pub fn watch(bars: &'static Bars) -> Result<()> {
 pub fn end(bars: &Bars) {
     // Held until the end, so that only one thread ends the process.
     let caught = CAUGHT.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let Some(signal) = *caught else { return };
-    let folders = remove_temporaries();
-    let code = 128 + signal;
+    let Some((signal, folders)) = caught.as_ref() else { return };
+    remove_temporaries();
     // Nothing can be done about a closed stderr.
-    let _ = std::io::stderr().lock().write_all(message(bars, signal, folders).as_bytes());
+    let _ = std::io::stderr().lock().write_all(message(bars, *signal, folders).as_bytes());
     // Threads that still compute or write must not run into what the usual end of a process takes down.
-    signal_hook::low_level::exit(code)
+    signal_hook::low_level::exit(128 + signal)
 }
 
-fn message(bars: &Bars, signal: i32, mut folders: Vec<std::path::PathBuf>) -> String {
+fn message(bars: &Bars, signal: i32, folders: &[PathBuf]) -> String {
     let mut text = format!("stopped by {}\n", if signal == SIGINT { "Ctrl-C" } else { "SIGTERM" });
     let kept = bars.kept();
     if !bars.is_quiet() {
@@ -61,9 +61,8 @@ fn message(bars: &Bars, signal: i32, mut folders: Vec<std::path::PathBuf>) -> St
             Some((what, path)) => format!("kept: {what} in {}\n", short(path)),
             None => "kept: nothing; files of earlier commands are as they were\n".into(),
         };
-        folders.dedup();
         for folder in folders {
-            text += &format!("removed: what was half-written in {}\n", short(&folder));
+            text += &format!("removed: what was half-written in {}\n", short(folder));
         }
     }
     let hint = if kept.is_some() { "to continue" } else { "to begin again" };

@@ -23,4 +23,4 @@ pub use provenance::Provenance;
 pub use run_file::RunFile;
 pub use staging::Staging;
 pub use table::{Column, Table, Values};
-pub use temporaries::remove_temporaries;
+pub use temporaries::{folders_written_to, remove_temporaries};

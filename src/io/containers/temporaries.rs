@@ -67,27 +67,28 @@ pub(super) fn undivided<T>(change: impl FnOnce() -> Result<T>) -> Result<T> {
     change()
 }
 
-/// Removes every temporary file and staging folder of this process and refuses new ones for good; returns the folders
-/// in which something was removed. To be called right before the process ends: other threads may still be writing.
-pub fn remove_temporaries() -> Vec<PathBuf> {
+/// The folders into which outputs are being written at this moment.
+pub fn folders_written_to() -> Vec<PathBuf> {
+    let live = lock();
+    let temporaries = live.temporaries.iter().filter(|(_, with_content)| *with_content);
+    temporaries.filter_map(|(path, _)| path.parent().map(Path::to_path_buf)).collect()
+}
+
+/// Removes every temporary file and staging folder of this process and refuses new ones for good. To be called right
+/// before the process ends: other threads may still be writing.
+pub fn remove_temporaries() {
     let mut live = lock();
     live.is_closed = true;
-    let mut folders = Vec::new();
     for (path, with_content) in std::mem::take(&mut live.temporaries).into_iter().rev() {
-        if !with_content {
-            let _ = fs::remove_dir(&path); // only goes when empty
-        } else if remove(&path) {
-            folders.extend(path.parent().map(Path::to_path_buf));
-        }
+        let _ = if with_content { remove(&path) } else { fs::remove_dir(&path) }; // an output folder goes when empty
     }
-    folders
 }
 
 /// A thread that is still writing may add a file while a folder is emptied.
-fn remove(path: &Path) -> bool {
-    if path.is_dir() {
-        (0..20).any(|_| fs::remove_dir_all(path).is_ok())
-    } else {
-        fs::remove_file(path).is_ok()
+fn remove(path: &Path) -> io::Result<()> {
+    if !path.is_dir() {
+        return fs::remove_file(path);
     }
+    let _ = (0..20).any(|_| fs::remove_dir_all(path).is_ok());
+    Ok(())
 }
