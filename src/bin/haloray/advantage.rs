@@ -15,7 +15,7 @@ use haloray::report::{
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, SamplerArg, table, watch};
-use crate::output::{print_files, stage_figure};
+use crate::output::print_files;
 
 /// Fit the paper's Table 1 image with the full and with the minimal model of the line of sight (section 2.3).
 ///

@@ -6,11 +6,11 @@ use haloray::io::write_atomically;
 use haloray::monitor::Monitor;
 use haloray::numerics::random::Stage;
 use haloray::pipeline::{self, LensAndSource, View, line_of_sight};
-use haloray::report::{exposure_figure, image_file};
+use haloray::report::{exposure_figure, image_file, stage_figure};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files, stage_figure};
+use crate::output::{Output, print_files};
 use crate::settings::{Sight, imported_haloes, provenance, psf};
 use crate::summary::print_accuracy;
 

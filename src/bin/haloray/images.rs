@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use haloray::diagnostics::{CriticalCurves, PointImages, SkyWindow};
 use haloray::io::{Provenance, RAYS_GROUP, curve_table, image_table, kind_name, read_lens_model};
-use haloray::report::curve_figure;
+use haloray::report::{curve_figure, stage_figure};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files, stage_figure};
+use crate::output::{Output, print_files};
 use crate::settings::Cosmology;
 
 /// Find all images of a point source behind a lens model in lenstronomy's own form.

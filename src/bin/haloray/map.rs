@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use haloray::Result;
 use haloray::io::{RunFile, write_atomically, write_curves, write_maps};
 use haloray::pipeline::{self, LensAndSource, critical_curves, line_of_sight, main_lens, source_centre};
-use haloray::report::map_figures;
+use haloray::report::{map_figures, stage_figure};
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files, stage_figure};
+use crate::output::{Output, print_files};
 use crate::settings::{Sight, imported_haloes, provenance};
 use crate::summary::print_accuracy;
 

@@ -9,11 +9,12 @@ use haloray::io::{CATALOGUE_GROUP, ImageFile, Provenance, Staging, catalogue_tab
 use haloray::mock::{MockImage, MockSystem, Protocol};
 use haloray::monitor::Monitor;
 use haloray::plot::figures::{GridData, MosaicImage, mosaic};
+use haloray::report::stage_figure;
 use rayon::prelude::*;
 
 use crate::bars::Bars;
 use crate::fit::SamplingArg;
-use crate::output::{print_files, stage_figure};
+use crate::output::print_files;
 
 /// Draw realistic composite lenses and image them: the paper's catalogue of section 3 and appendix B.
 ///

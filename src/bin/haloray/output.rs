@@ -6,7 +6,6 @@ use haloray::error::FileFault;
 use haloray::io::{Staging, check_writable};
 use haloray::report::stage_text;
 use haloray::{Error, Result};
-use serde::Serialize;
 
 use crate::bars::Bars;
 use crate::settings::check_not_an_input;

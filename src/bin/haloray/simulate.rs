@@ -6,7 +6,7 @@ use haloray::Result;
 use haloray::inference::model::ModelDescription;
 use haloray::io::{Provenance, Staging};
 use haloray::pipeline::{Inputs, ViewFit, fit_views, simulate};
-use haloray::report::{FitSummary, write_fit, write_run};
+use haloray::report::{FitSummary, stage_text, write_fit, write_run};
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, table, toml_of, watch};
@@ -91,7 +91,7 @@ fn write_fits(fits: &[ViewFit], staging: &Staging, seed: u64) -> Result<Vec<FitS
         summaries.push(summary);
     }
     if !fits.is_empty() {
-        staging.write_text("recovered_shears.csv", &rows)?;
+        stage_text(staging, "recovered_shears.csv", &rows)?;
     }
     Ok(summaries)
 }

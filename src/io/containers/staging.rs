@@ -79,14 +79,6 @@ impl Staging {
         write(&path).map_err(|error| error.at_path(&target))
     }
 
-    /// Writes one staged text.
-    ///
-    /// # Errors
-    /// As [`write`](Self::write).
-    pub fn write_text(&self, name: impl AsRef<Path>, text: &str) -> Result<()> {
-        self.write(name, |path| fs::write(path, text).map_err(|error| Error::write(path, error)))
-    }
-
     /// Flushes every staged file to the disk, then renames them all into the final folder, and
     /// returns their final paths in alphabetical order.
     ///
