@@ -287,13 +287,12 @@ mod tests {
     /// The bound on the gradient.
     const GRADIENT: f64 = 1e-7;
 
-    #[test]
-    fn the_gradient_is_that_of_the_log_posterior() {
+    fn check_gradients(points: u64) {
         for name in ["simple-full", "simple-minimal", "tidal-minimal", "tidal-flexion"] {
             for kind in [LikelihoodKind::Gaussian, LikelihoodKind::Lenstronomy] {
                 let likelihood = likelihood(name, kind);
                 let n = likelihood.dimension();
-                (0..100).into_par_iter().for_each(|number| {
+                (0..points).into_par_iter().for_each(|number| {
                     let z = near_the_middle(&likelihood, number);
                     let mut gradient = vec![0.0; n];
                     let value = likelihood.log_likelihood_gradient(&z, &mut gradient);
@@ -316,6 +315,17 @@ mod tests {
                 });
             }
         }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_log_posterior() {
+        check_gradients(12);
+    }
+
+    #[test]
+    #[ignore = "slow: just nightly"]
+    fn the_gradient_is_that_of_the_log_posterior_at_a_hundred_points() {
+        check_gradients(100);
     }
 
     #[test]
