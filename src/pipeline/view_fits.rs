@@ -10,6 +10,8 @@ use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, LightDescription, ModelDescription, ParameterRule};
 use crate::inference::sample::{SamplerSettings, ValleySettings};
 use crate::inference::{Fit, FitSettings, FitStage, Observation, Prior};
+use crate::profile::light::Sersic;
+use crate::profile::registry::{Parameter, Role};
 
 /// One image of a run fitted with one model.
 #[derive(Debug, Clone)]
@@ -84,19 +86,14 @@ fn observation(run: &Simulation, view: &View, psf: &Psf) -> Observation {
     }
 }
 
-/// Light of the lens galaxy as wide priors allow, on the axis, where a run puts it.
+/// Light of the lens galaxy under its usual priors, on the axis, where a run puts it.
 fn lens_light() -> LightDescription {
-    let free = |low, high| ParameterRule::Free(Prior::uniform(low, high));
-    let rules = [
-        ("R_sersic", free(0.001, 10.0)),
-        ("n_sersic", free(0.5, 10.0)),
-        ("e1", free(-0.5, 0.5)),
-        ("e2", free(-0.5, 0.5)),
-    ];
+    let free = Sersic::PARAMETERS.iter().filter(|parameter| parameter.role != Role::Centre);
+    let prior = |parameter: &Parameter| Prior { shape: parameter.usual_prior, low: None, high: None };
     LightDescription {
         profile: "SERSIC_ELLIPSE".into(),
         amplitude: None,
-        parameters: rules.into_iter().map(|(name, rule)| (name.to_string(), rule)).collect(),
+        parameters: free.map(|own| (own.name.to_string(), ParameterRule::Free(prior(own)))).collect(),
     }
 }
 

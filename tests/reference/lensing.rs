@@ -6,6 +6,7 @@ use crate::differences::{Differences, scaled_difference};
 use crate::oracle_table::{Agreement, Reference};
 use haloray::profile::light::{LightProfile, Sersic};
 use haloray::profile::mass::{Epl, MassModel, MassProfile, Nfw, TruncatedNfw};
+use haloray::profile::registry;
 
 /// NFW of 30 digits: a few rounding errors of the radial functions at every radius, the seam at r_s included.
 const NFW_EXACT_TOLERANCE: f64 = 1e-13;
@@ -19,6 +20,8 @@ const TNFW_LENSTRONOMY_TOLERANCE: f64 = 1e-11;
 const EPL_EXACT_TOLERANCE: f64 = 1e-13;
 /// The same against scipy's ₂F₁ in lenstronomy.
 const EPL_LENSTRONOMY_TOLERANCE: f64 = 1e-12;
+/// β of lenstronomy's power law with boxy or disky contours, arcsec.
+const BOXY_BETA_TOLERANCE_ARCSEC: f64 = 1e-9;
 /// Amplitude and brightness: rounding of the gamma function and of an exponent of up to 20.
 const SERSIC_TOLERANCE: f64 = 1e-12;
 
@@ -86,6 +89,19 @@ impl Lenses {
     fn power_law() -> Self {
         Self::load("epl", |at| {
             MassModel::Epl(Epl::new(1.0, at("slope"), [at("e1"), at("e2")], [0.0, 0.0]).unwrap())
+        })
+    }
+
+    fn boxy() -> Self {
+        let lens = registry::mass("EPL_BOXYDISKY").unwrap();
+        Self::load("epl_boxydisky", |at| {
+            let value = |name| match name {
+                "theta_E" => at("theta_e"),
+                "gamma" => at("slope"),
+                "center_x" | "center_y" => 0.0,
+                other => at(other),
+            };
+            lens.build(|parameter| value(parameter.name)).unwrap()
         })
     }
 
@@ -192,6 +208,23 @@ fn power_laws_agree_with_lenstronomy() {
     let lenses = Lenses::power_law();
     for quantity in [Potential, Deflection, Hessian] {
         lenses.against("lenstronomy", quantity, |_| true).require_max(EPL_LENSTRONOMY_TOLERANCE);
+    }
+}
+
+#[test]
+fn boxy_and_disky_power_laws_are_exact_and_agree_with_lenstronomy() {
+    let lenses = Lenses::boxy();
+    for quantity in [Potential, Deflection, Hessian, Third] {
+        lenses.against("exact", quantity, |_| true).require_max(EPL_EXACT_TOLERANCE);
+    }
+    for quantity in [Potential, Deflection, Hessian] {
+        lenses.against("lenstronomy", quantity, |_| true).require_max(EPL_LENSTRONOMY_TOLERANCE);
+    }
+    // β = θ − α.
+    for row in 0..lenses.profiles.len() {
+        let theirs = Deflection.column_values(&lenses.reference, "lenstronomy", row);
+        let ours = lenses.ours(Deflection, row);
+        assert!((ours[0] - theirs[0]).hypot(ours[1] - theirs[1]) < BOXY_BETA_TOLERANCE_ARCSEC);
     }
 }
 

@@ -359,6 +359,7 @@ impl Slots {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::profile::registry::mass_names;
 
     fn compile(text: &str) -> Result<CompiledModel> {
         let base = "name = \"t\"\n[[lens]]\nprofile = \"SIE\"\nparameters = { theta_E = { uniform = [0.5, 2] }, e1 = 0.1 }\n\
@@ -373,6 +374,22 @@ mod tests {
         assert_eq!(model.value_of("source.e2", &[0.7]), Some(0.7));
         assert_eq!(model.value_of("lens.gamma", &[0.7]), Some(2.0));
         assert_eq!(model.gather(&vec![1.0; model.origins.len()]), [2.0]);
+    }
+
+    #[test]
+    fn every_mass_profile_can_be_fitted() {
+        for name in mass_names() {
+            let given = mass(name).unwrap();
+            let needed = given.arguments().filter(|parameter| given.default_of(parameter).is_none());
+            let rules: Vec<String> =
+                needed.map(|p| format!("{} = {{ normal = [1.5, 0.1] }}", p.name)).collect();
+            let lens = format!("[[lens]]\nprofile = \"{name}\"\nparameters = {{ {} }}\n", rules.join(", "));
+            let model = compile(&lens).unwrap();
+            assert_eq!(model.free.len(), 1 + rules.len(), "{name}");
+            // The first is the Einstein radius of the lens beside it, which the source's e2 is tied to.
+            let values: Vec<f64> = (0..model.free.len()).map(|i| if i == 0 { 0.7 } else { 1.5 }).collect();
+            assert_eq!(model.lenses(&values).unwrap().len(), 2, "{name}");
+        }
     }
 
     #[test]

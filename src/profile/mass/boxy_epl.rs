@@ -183,7 +183,7 @@ impl Described for BoxyEpl {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
+    use super::super::derivative_checks::assert_consistent;
     use super::*;
 
     /// Richardson differences with a step of 1% of the radius.
@@ -195,12 +195,8 @@ mod tests {
             slope in 1.2..2.8_f64, e1 in -0.4..0.4_f64, e2 in -0.4..0.4_f64, a4_a in -0.1..0.1_f64,
             r in 0.1..4.0_f64, phi in 0.0..std::f64::consts::TAU,
         ) {
-            let build = |p: &[f64]| BoxyEpl::of_parameters(p).unwrap();
-            let (x, y) = (0.1 + r * phi.cos(), -0.05 + r * phi.sin());
-            assert_consistent(&build(&[1.3, slope, e1, e2, a4_a, 0.1, -0.05]), x, y, 0.01 * r, DIFFERENCES);
-            // The direction turns faster the smaller e is.
-            let e1 = e1 + 0.2 * e1.signum();
-            assert_parameter_derivatives(build, &[1.3, slope, e1, e2, a4_a, 0.1, -0.05], [x, y], 1e-6);
+            let lens = BoxyEpl::new(1.3, slope, [e1, e2], a4_a, [0.1, -0.05]).unwrap();
+            assert_consistent(&lens, 0.1 + r * phi.cos(), -0.05 + r * phi.sin(), 0.01 * r, DIFFERENCES);
         }
     }
 

@@ -137,28 +137,16 @@ impl Described for External {
         let [kappa, gamma1, gamma2, g1, g2, g3, g4, x, y] = exactly(values)?;
         Self::new(kappa, [gamma1, gamma2], [g1, g2, g3, g4], [x, y])
     }
-
-    fn centre_arcsec(&self) -> Option<[f64; 2]> {
-        None
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
+    use super::super::derivative_checks::assert_consistent;
     use super::*;
 
     #[test]
     fn derivatives_are_consistent() {
         let field = External::new(0.05, [0.02, -0.04], [0.01, -0.02, 0.03, 0.005], [0.2, -0.1]).unwrap();
         assert_consistent(&field, 1.3, -0.7, 0.1, 1e-11);
-    }
-
-    #[test]
-    fn parameter_derivatives_are_those_of_the_deflection() {
-        let build =
-            |p: &[f64]| External::new(p[0], [p[1], p[2]], [p[3], p[4], p[5], p[6]], [p[7], p[8]]).unwrap();
-        let parameters = [0.05, 0.02, -0.04, 0.01, -0.02, 0.03, 0.005, 0.2, -0.1];
-        assert_parameter_derivatives(build, &parameters, [1.3, -0.7], 1e-9);
     }
 }

@@ -88,21 +88,4 @@ impl Described for PolarShear {
         let [strength, angle_rad, x, y] = exactly(values)?;
         Self::new(strength, angle_rad, [x, y])
     }
-
-    fn centre_arcsec(&self) -> Option<[f64; 2]> {
-        None
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
-    use super::*;
-
-    #[test]
-    fn derivatives_are_consistent() {
-        let build = |p: &[f64]| PolarShear::of_parameters(p).unwrap();
-        assert_consistent(&build(&[0.05, 0.7, 0.2, -0.1]), 1.3, -0.7, 0.1, 1e-11);
-        assert_parameter_derivatives(build, &[0.05, 0.7, 0.2, -0.1], [1.3, -0.7], 1e-9);
-    }
 }

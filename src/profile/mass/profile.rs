@@ -47,7 +47,9 @@ pub trait Described: MassProfile {
     fn of_parameters(values: &[f64]) -> Result<Self>;
 
     /// Centre in arcsec, of a profile that has one.
-    fn centre_arcsec(&self) -> Option<[f64; 2]>;
+    fn centre_arcsec(&self) -> Option<[f64; 2]> {
+        None
+    }
 }
 
 /// Deflection, convergence and shear of a lens at one point or in SIMD lanes.
