@@ -9,6 +9,7 @@ use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, FitStage, Observation};
 use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+use crate::monitor::Silent;
 use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -101,7 +102,7 @@ pub fn table1_image(seed: u64) -> Result<Table1Image> {
     let grid = SkyGrid::new(PIXELS, instrument.pixel_scale_arcsec)?;
     let psf = psf(&instrument)?;
     let noise = StreamName { seed, realisation: 0, stage: Stage::NoiseImage };
-    let exposure = expose(&scene, grid, &instrument, &psf, PixelSampling::Point, noise);
+    let exposure = expose(&scene, grid, &instrument, &psf, PixelSampling::Point, noise, &Silent)?;
     let mut truths: Vec<(String, f64)> = TABLE_1
         .iter()
         .filter(|(name, _)| !name.contains("magnitude"))

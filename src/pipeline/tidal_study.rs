@@ -126,7 +126,8 @@ fn image_residual(
         let source = Sersic::with_flux(flux, radius, own.sersic_index, [0.0; 2], centre)?;
         let scene = Scene { mapping, source: &source, lens_light: None };
         let noise = StreamName { seed: config.seed, realisation: 0, stage: Stage::NoiseImage };
-        Ok(expose(&scene, grid, instrument, &psf, config.image.pixel_sampling, noise).noise_free_e_s)
+        Ok(expose(&scene, grid, instrument, &psf, config.image.pixel_sampling, noise, &Silent)?
+            .noise_free_e_s)
     };
     let traced_e_s = image(traced, source_centre)?;
     let over_noise = |model: &dyn Mapping| -> Result<Vec<f64>> {
