@@ -36,7 +36,22 @@ pub const ORDERS: [Order; 7] = [
             "report",
         ],
     },
-    Order { folder: "mapping", parts: &["multiplane", "tidal"] },
+    Order { folder: "mapping", parts: &["centre", "multiplane", "tidal"] },
+    Order {
+        folder: "mapping/multiplane",
+        parts: &[
+            "plane",
+            "kick",
+            "delay",
+            "recursion",
+            "span",
+            "segment",
+            "line_of_sight",
+            "general",
+            "centres",
+            "adaptive",
+        ],
+    },
     Order {
         folder: "inference",
         parts: &["parameter", "model", "likelihood", "optimise", "sample", "diagnose", "run", "fit"],

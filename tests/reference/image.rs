@@ -6,6 +6,7 @@ use crate::oracle_table::Reference;
 use haloray::cosmology::Background;
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, integrate_pixels};
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
+use haloray::monitor::Silent;
 use haloray::profile::light::Sersic;
 use haloray::profile::mass::{Epl, MassModel};
 
@@ -25,7 +26,7 @@ fn render(sampling: PixelSampling) -> Vec<f64> {
     let source = Sersic::with_flux(camera.flux_e_s(23.0), 0.3, 6.0, [0.1, -0.05], [0.043, 0.071]).unwrap();
     let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
     let grid = SkyGrid::new(64, camera.pixel_scale_arcsec).unwrap();
-    let flux = integrate_pixels(&scene, &grid, sampling, 1e-4);
+    let flux = integrate_pixels(&scene, &grid, sampling, 1e-4, &Silent).unwrap();
     let (width, cut) = (camera.psf_fwhm_arcsec, camera.psf_truncation_sigma);
     Psf::gaussian(width, cut, camera.pixel_scale_arcsec).unwrap().convolve(&flux, 64)
 }

@@ -6,6 +6,7 @@ use statrs::function::gamma::ln_gamma;
 use super::LightProfile;
 use crate::error::{Domain, Result};
 use crate::numerics::complex::Cx;
+use crate::numerics::elementary::Elementary;
 use crate::numerics::real::{Lanes, Real};
 use crate::profile::parameter::{
     Description, Guess, Name, Parameter, PriorShape, checked_centre, checked_ellipticity, exactly,
