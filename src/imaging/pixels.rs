@@ -228,7 +228,7 @@ mod tests {
         let at = [vec![0.61], vec![0.55]];
         let background = Background::paper();
         let haloes = HaloCatalogue::new(1.5, &background, vec![0.3], at, masses).unwrap();
-        LineOfSight::new(&haloes, background, &Sheets::OnAxis).unwrap()
+        LineOfSight::new(&haloes, &Sheets::OnAxis).unwrap()
     }
 
     #[test]

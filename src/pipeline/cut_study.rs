@@ -43,7 +43,7 @@ pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], monitor: &dyn Monitor
     let mut rows = Vec::with_capacity(cuts.len());
     for min_point_shear in cuts {
         task.check()?;
-        let keep = passes_shear_cut(&haloes.catalogue, &config.cosmology, min_point_shear)?;
+        let keep = passes_shear_cut(&haloes.catalogue, min_point_shear)?;
         let sight = line_of_sight(&config, &haloes, &haloes.catalogue.select(&keep))?;
         let view = View::through(&config, &sight, &shapes, psf, (0, Stage::NoiseImage), &Silent)?;
         task.advance(1);

@@ -112,7 +112,7 @@ fn cut_imported(config: &Config, catalogue: HaloCatalogue) -> Result<HaloCatalog
     if !config.haloes.cut_imported {
         return Ok(catalogue);
     }
-    let keep = passes_shear_cut(&catalogue, &config.cosmology, config.haloes.min_point_shear)?;
+    let keep = passes_shear_cut(&catalogue, config.haloes.min_point_shear)?;
     Ok(catalogue.select(&keep))
 }
 

@@ -79,7 +79,7 @@ pub fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue
         SheetModel::None => Sheets::None,
         SheetModel::MeanDensity => Sheets::Expected(mean_density_sheets(&haloes.population, catalogue)?),
     };
-    LineOfSight::new(catalogue, config.cosmology, &sheets)
+    LineOfSight::new(catalogue, &sheets)
 }
 
 /// A segment that is traced as accurately as configured, for about `rays` rays out to `half_width_arcsec`.

@@ -36,7 +36,7 @@ pub fn cone(haloes: &[Halo], sheets: &Sheets) -> LineOfSight {
     let background = Background::paper();
     let centres = [column(&|h| h.1[0]), column(&|h| h.1[1])];
     let catalogue = HaloCatalogue::new(Z_SOURCE, &background, column(&|h| h.0), centres, masses).unwrap();
-    LineOfSight::new(&catalogue, background, sheets).unwrap()
+    LineOfSight::new(&catalogue, sheets).unwrap()
 }
 
 /// A few hundred ordinary haloes around the field.

@@ -197,7 +197,7 @@ fn every_halo_of_both_presets_lies_where_it_may() {
         assert!(masses.iter().all(|m| (limits.mass_min_msun..=limits.mass_max_msun).contains(m)));
         assert!(c.iter().all(|c| (2.0..20.0).contains(c)));
         // Redshifts of the cut come from a spline good to 1e-9.
-        let kept = passes_shear_cut(&haloes, &config.cosmology, limits.min_point_shear * (1.0 - 1e-8));
+        let kept = passes_shear_cut(&haloes, limits.min_point_shear * (1.0 - 1e-8));
         assert!(kept.unwrap().iter().all(|keep| *keep));
         for i in 0..haloes.len() {
             let chi = config.cosmology.comoving_distance_mpc(haloes.z[i]);

@@ -18,7 +18,7 @@ fn render(sampling: PixelSampling) -> Vec<f64> {
         Halo { z: 0.8, centre: [-0.7, 1.2], r_s: 0.3, alpha_rs: 0.006 },
         Halo { z: 0.3, centre: [1.1, -0.9], r_s: 0.4, alpha_rs: 0.01 },
     ]);
-    let sight = LineOfSight::new(&haloes, Background::paper(), &Sheets::None).unwrap();
+    let sight = LineOfSight::new(&haloes, &Sheets::None).unwrap();
     let profile = MassModel::Epl(Epl::new(1.5, 2.6, [0.08, -0.05], [0.03, -0.02]).unwrap());
     let lens = MainLens { z: 0.5, profile };
     let mapping = sight.through_lens(&lens).unwrap();

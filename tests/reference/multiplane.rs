@@ -35,7 +35,7 @@ fn cone() -> HaloCatalogue {
 }
 
 fn line_of_sight(haloes: &HaloCatalogue) -> LineOfSight {
-    LineOfSight::new(haloes, Background::paper(), &Sheets::OnAxis).unwrap()
+    LineOfSight::new(haloes, &Sheets::OnAxis).unwrap()
 }
 
 fn main_lens() -> MainLens {

@@ -78,7 +78,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         SheetArg::OnAxis => Sheets::OnAxis,
         SheetArg::None => Sheets::None,
     };
-    let sight = LineOfSight::new(&haloes, background, &sheets)?;
+    let sight = LineOfSight::new(&haloes, &sheets)?;
     let segment = segment(args, &sight)?;
     let order = [Order::Position, Order::Jacobian, Order::SecondDerivatives][args.order as usize];
     let monitor: &dyn Monitor = bars;

@@ -48,10 +48,9 @@ fn write_haloes(file: &RunFile, config: &Config, haloes: &Haloes, tidal: &HaloTi
     let part = |values: &[nalgebra::Complex<f64>], real: bool| -> Vec<f64> {
         values.iter().map(|v| if real { v.re } else { v.im }).collect()
     };
-    let chi = haloes.catalogue.z.iter().map(|&z| config.cosmology.comoving_distance_mpc(z)).collect();
     let mut columns = halo_columns(&haloes.catalogue);
     let results = [
-        Column::f64("chi_cmpc", Some("Mpc"), chi),
+        Column::f64("chi_cmpc", Some("Mpc"), haloes.catalogue.chi_cmpc.clone()),
         Column::f64("kappa_h", None, tidal.kappa.clone()),
         Column::f64("gamma1_h", None, part(&tidal.gamma, true)),
         Column::f64("gamma2_h", None, part(&tidal.gamma, false)),

@@ -45,8 +45,8 @@ impl LineOfSight {
     /// Sorts the haloes into planes and gives each its sheet.
     ///
     /// # Errors
-    /// When an expected sheet is missing or the source lies at z ≤ 0; haloes were checked by the catalogue.
-    pub fn new(haloes: &HaloCatalogue, background: Background, sheets: &Sheets) -> Result<Self> {
+    /// When an expected sheet is missing; haloes were checked by the catalogue.
+    pub fn new(haloes: &HaloCatalogue, sheets: &Sheets) -> Result<Self> {
         if let Sheets::Expected(kappa) = sheets
             && kappa.len() != haloes.len()
         {
@@ -56,14 +56,13 @@ impl LineOfSight {
                 &format!("one a halo ({})", haloes.len()),
             ));
         }
-        let z_source = haloes.z_source();
+        let (background, z_source) = (*haloes.background(), haloes.z_source());
         let chi_source_cmpc = background.comoving_distance_mpc(z_source);
-        let chi: Vec<f64> = haloes.z.par_iter().map(|&z| background.comoving_distance_mpc(z)).collect();
         Ok(Self {
             background,
             z_source,
             chi_source_cmpc,
-            planes: Arc::new(sorted_planes(haloes, &chi, chi_source_cmpc, sheets)),
+            planes: Arc::new(sorted_planes(haloes, chi_source_cmpc, sheets)),
         })
     }
 
@@ -225,9 +224,8 @@ mod tests {
         };
         let z = vec![0.9, 0.2, 0.5, 1.2, 0.4];
         let theta = [vec![1.0, -2.0, 0.3, 5.0, -0.7], vec![0.5, 0.1, -3.0, 2.0, 0.9]];
-        let background = Background::paper();
-        let haloes = HaloCatalogue::new(1.5, &background, z, theta, masses).unwrap();
-        LineOfSight::new(&haloes, background, &Sheets::OnAxis).unwrap()
+        let haloes = HaloCatalogue::new(1.5, &Background::paper(), z, theta, masses).unwrap();
+        LineOfSight::new(&haloes, &Sheets::OnAxis).unwrap()
     }
 
     #[test]

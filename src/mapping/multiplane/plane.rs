@@ -61,16 +61,11 @@ impl LensPlane {
 }
 
 /// Planes in order of distance (equal distances in catalogue order).
-pub(super) fn sorted_planes(
-    haloes: &HaloCatalogue,
-    chi_cmpc: &[f64],
-    chi_source_cmpc: f64,
-    sheets: &Sheets,
-) -> Vec<Plane> {
+pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets: &Sheets) -> Vec<Plane> {
     let mut planes: Vec<Plane> = (0..haloes.len())
         .into_par_iter()
         .map(|i| {
-            let chi = chi_cmpc[i];
+            let chi = haloes.chi_cmpc[i];
             let f = chi_source_cmpc / (chi_source_cmpc - chi);
             let r_s = haloes.r_s_arcsec[i];
             let mut plane = Plane {
