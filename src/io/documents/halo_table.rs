@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::cosmology::Background;
-use crate::error::{Result, TableKind, shortest};
+use crate::error::{Result, TableKind};
 use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
 use crate::io::containers::{Column, Provenance, Table, Values};
 
