@@ -2,7 +2,6 @@
 
 use crate::any_cone::{any_cone, any_halo, cases};
 use crate::cone::{Halo, Z_SOURCE, catalogue};
-use haloray::cosmology::Background;
 use haloray::diagnostics::HaloTidal;
 use haloray::halo::HaloCatalogue;
 use haloray::mapping::multiplane::{LineOfSight, Sheets};

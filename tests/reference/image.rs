@@ -3,7 +3,6 @@
 use crate::cone::{Halo, catalogue};
 use crate::differences::Differences;
 use crate::oracle_table::Reference;
-use haloray::cosmology::Background;
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, integrate_pixels};
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
 use haloray::monitor::Silent;

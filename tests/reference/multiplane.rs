@@ -3,7 +3,6 @@
 use crate::cone::{Halo, catalogue};
 use crate::differences::{Differences, scaled_difference};
 use crate::oracle_table::Reference;
-use haloray::cosmology::Background;
 use haloray::halo::HaloCatalogue;
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
 use haloray::mapping::{Mapping, Order};
