@@ -88,12 +88,7 @@ fn truncation_radii(table: &Table) -> Result<Option<Vec<f64>>> {
 }
 
 /// A table with angles and masses says twice what a halo does: refuse it when the two contradict each other.
-fn check_same_source(
-    table: &Table,
-    haloes: &HaloCatalogue,
-    m200c_msun: &[f64],
-    c200c: &[f64],
-) -> Result<()> {
+fn check_same_source(table: &Table, haloes: &HaloCatalogue, m200c_msun: &[f64], c200c: &[f64]) -> Result<()> {
     let scaling = NfwScaling::new(haloes.background(), haloes.z_source());
     let mut ratios: Vec<f64> = (0..haloes.len())
         .map(|i| {
