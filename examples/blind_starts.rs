@@ -12,6 +12,7 @@ use haloray::inference::model::{CompiledModel, ModelDescription};
 use haloray::inference::sample::{SamplerSettings, ValleySettings};
 use haloray::inference::{Fit, FitSettings, Observation};
 use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+use haloray::monitor::Silent;
 use haloray::numerics::random::{Stage, StreamName, stream};
 use haloray::profile::light::Sersic;
 use haloray::profile::mass::{Epl, MassModel};
@@ -119,7 +120,7 @@ fn mock(model: &CompiledModel, number: u64) -> Result<(Observation, Vec<f64>)> {
     let grid = SkyGrid::new(pixels, camera.pixel_scale_arcsec)?;
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
     let noise = StreamName { seed: SEED, realisation: number, stage: Stage::NoiseImage };
-    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise);
+    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise, &Silent)?;
     let observation = Observation::of_camera(grid, exposure.noisy_e_s, &camera, psf);
     Ok((observation, truths))
 }

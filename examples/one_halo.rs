@@ -12,7 +12,7 @@ fn main() -> haloray::Result<()> {
     let background = Background::paper();
     let masses = HaloMasses::Physical { m200c_msun: vec![1e10], c200c: vec![12.0] };
     let haloes = HaloCatalogue::new(1.5, &background, vec![0.5], [vec![0.6], vec![0.2]], masses)?;
-    let sight = LineOfSight::new(&haloes, background, &Sheets::None)?;
+    let sight = LineOfSight::new(&haloes, &Sheets::None)?;
 
     let theta: Vec<[f64; 2]> = (0..6).map(|i| [0.4 * f64::from(i) - 1.0, 0.0]).collect();
     let rays = sight.observer_to_source().map(&theta, Order::SecondDerivatives);

@@ -18,7 +18,7 @@ fn main() -> haloray::Result<()> {
         let haloes = populate(&config, None, sightline, &Silent)?.catalogue;
         let tidal = haloes.select(&HaloTidal::of(&haloes, theta_e)?.within(threshold));
         let delta = |haloes| -> haloray::Result<f64> {
-            let sight = LineOfSight::new(haloes, config.cosmology, &Sheets::OnAxis)?;
+            let sight = LineOfSight::new(haloes, &Sheets::OnAxis)?;
             Ok(total_variation(&sight.observer_to_source(), theta_e).delta)
         };
         let (with, without) = (delta(&haloes)?, delta(&tidal)?);

@@ -37,7 +37,7 @@
 //! let masses = HaloMasses::Physical { m200c_msun: vec![1e12], c200c: vec![8.0] };
 //! let haloes = HaloCatalogue::new(1.5, &background, vec![0.3], [vec![20.0], vec![0.0]], masses)
 //!     .map_err(haloray::Error::from)?;
-//! let sight = LineOfSight::new(&haloes, background, &Sheets::OnAxis)?;
+//! let sight = LineOfSight::new(&haloes, &Sheets::OnAxis)?;
 //! let d = Distortion::on_axis(&sight.observer_to_source());
 //! assert!(d.tidal.kappa.abs() < 1e-15); // its sheet cancels its convergence on the axis
 //! assert!((d.tidal.gamma.re + 0.007_864).abs() < 1e-6); // stretched towards the halo

@@ -1,8 +1,10 @@
 //! Critical curves and caustics of any mapping, as ordered polylines.
 
-use super::contour::zero_contours;
 use super::sky_window::SkyWindow;
+use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
+use crate::monitor::Monitor;
+use crate::numerics::contour::{Contour, zero_contours};
 
 /// Vertices lie this close to det A = 0, arcsec.
 const ACCURACY_ARCSEC: f64 = 1e-10;
@@ -76,27 +78,30 @@ impl CriticalCurves {
     /// by Newton's method, or bisected along its grid edge, until it is within 1e-10″ of the curve. Tangential and
     /// radial curves are told apart by the eigenvalue that is left, tr A: 2γ on the one, −2γ on the other. The jump of
     /// an isothermal or the pole of a steeper lens at its centre is no critical curve and has no caustic here.
-    pub fn of(mapping: &(impl Mapping + ?Sized), window: &SkyWindow) -> Self {
+    ///
+    /// # Errors
+    /// When `monitor`, which is told of every ray, cancels.
+    pub fn of(mapping: &(impl Mapping + ?Sized), window: &SkyWindow, monitor: &dyn Monitor) -> Result<Self> {
         let first = Grid {
             centre: window.centre_arcsec,
             half: window.half_width_arcsec,
             cells: CELLS_PER_WINDOW_CELL * window.cells,
         };
-        let mut curves = first.curves(mapping);
+        let mut curves = first.curves(mapping, monitor)?;
         for &centre in window.lens_centres_arcsec.iter().filter(|&&c| window.contains(c)) {
             let mut half = CELLS_ACROSS * first.cell();
             while half >= SMALLEST_HALF_ARCSEC {
-                refine(&mut curves, mapping, Grid { centre, half, cells: NESTED_CELLS });
+                refine(&mut curves, mapping, Grid { centre, half, cells: NESTED_CELLS }, monitor)?;
                 half /= NESTING;
             }
         }
         let small: Vec<Grid> = curves.iter().filter_map(|(curve, cell)| own_grid(curve, *cell)).collect();
         for grid in small {
-            refine(&mut curves, mapping, grid);
+            refine(&mut curves, mapping, grid, monitor)?;
         }
         let mut curves: Vec<CriticalCurve> = curves.into_iter().map(|(curve, _)| curve).collect();
         curves.sort_by(|a, b| b.area_arcsec2().total_cmp(&a.area_arcsec2()));
-        Self { curves }
+        Ok(Self { curves })
     }
 
     /// The same curves with caustics counted from `origin_arcsec` in the source plane.
@@ -136,8 +141,14 @@ fn own_grid(curve: &CriticalCurve, cell: f64) -> Option<Grid> {
 }
 
 /// Replaces the closed curves inside `grid` by those traced on it, which are finer.
-fn refine(curves: &mut Vec<(CriticalCurve, f64)>, mapping: &(impl Mapping + ?Sized), grid: Grid) {
-    let finer: Vec<_> = grid.curves(mapping).into_iter().filter(|(curve, _)| curve.closed).collect();
+fn refine(
+    curves: &mut Vec<(CriticalCurve, f64)>,
+    mapping: &(impl Mapping + ?Sized),
+    grid: Grid,
+    monitor: &dyn Monitor,
+) -> Result<()> {
+    let finer: Vec<_> =
+        grid.curves(mapping, monitor)?.into_iter().filter(|(curve, _)| curve.closed).collect();
     let inside = |curve: &CriticalCurve| {
         let (centre, half) = bounds(curve);
         let margin = grid.half - 2.0 * grid.cell();
@@ -145,6 +156,7 @@ fn refine(curves: &mut Vec<(CriticalCurve, f64)>, mapping: &(impl Mapping + ?Siz
     };
     curves.retain(|(curve, cell)| *cell <= grid.cell() || !inside(curve));
     curves.extend(finer.into_iter().filter(|(curve, _)| inside(curve)));
+    Ok(())
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -166,13 +178,17 @@ impl Grid {
     }
 
     /// The curves on this grid, each with the width of a cell.
-    fn curves(&self, mapping: &(impl Mapping + ?Sized)) -> Vec<(CriticalCurve, f64)> {
+    fn curves(
+        &self,
+        mapping: &(impl Mapping + ?Sized),
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<(CriticalCurve, f64)>> {
         let n = self.cells + 1;
         let theta: Vec<[f64; 2]> = (0..n * n).map(|k| self.node(k)).collect();
-        let values: Vec<f64> =
-            mapping.map(&theta, Order::Jacobian).jacobian.iter().map(determinant).collect();
+        let rays = mapping.trace(&theta, Order::Jacobian, monitor)?;
+        let values: Vec<f64> = rays.jacobian.iter().map(determinant).collect();
         let contours = zero_contours(&values, n, n);
-        let curve = |contour: super::contour::Contour| {
+        let curve = |contour: Contour| {
             let edges: Vec<[[f64; 2]; 2]> =
                 contour.crossings.iter().map(|&[a, b]| [self.node(a), self.node(b)]).collect();
             let starts = contour.crossings.iter().map(|&[a, b]| {
@@ -180,13 +196,13 @@ impl Grid {
                 let t = u / (u - v);
                 [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]
             });
-            let theta_arcsec = onto_curve(mapping, starts.collect(), &edges, self.cell());
-            let rays = mapping.map(&theta_arcsec, Order::Jacobian);
+            let theta_arcsec = onto_curve(mapping, starts.collect(), &edges, self.cell(), monitor)?;
+            let rays = mapping.trace(&theta_arcsec, Order::Jacobian, monitor)?;
             let trace: f64 = rays.jacobian.iter().map(|a| (a[0] + a[3]).signum()).sum();
             let kind = if trace >= 0.0 { CurveKind::Tangential } else { CurveKind::Radial };
             let curve =
                 CriticalCurve { kind, closed: contour.closed, theta_arcsec, beta_arcsec: rays.beta_arcsec };
-            (curve, self.cell())
+            Ok((curve, self.cell()))
         };
         contours.into_iter().map(curve).collect()
     }
@@ -209,16 +225,17 @@ fn onto_curve(
     starts: Vec<[f64; 2]>,
     edges: &[[[f64; 2]; 2]],
     cell: f64,
-) -> Vec<[f64; 2]> {
+    monitor: &dyn Monitor,
+) -> Result<Vec<[f64; 2]>> {
     let mut theta = starts.clone();
     let mut done = vec![false; theta.len()];
     for _ in 0..NEWTON_STEPS {
         let active: Vec<usize> = (0..theta.len()).filter(|&i| !done[i]).collect();
         if active.is_empty() {
-            return theta;
+            return Ok(theta);
         }
         let at: Vec<[f64; 2]> = active.iter().map(|&i| theta[i]).collect();
-        let rays = mapping.map(&at, Order::SecondDerivatives);
+        let rays = mapping.trace(&at, Order::SecondDerivatives, monitor)?;
         for (k, &i) in active.iter().enumerate() {
             let (det, [gx, gy]) = (determinant(&rays.jacobian[k]), gradient(&rays, k));
             let step = det / (gx * gx + gy * gy);
@@ -236,7 +253,7 @@ fn onto_curve(
         }
         let middle: Vec<[f64; 2]> =
             ends.iter().map(|[a, b]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]).collect();
-        let rays = mapping.map(&middle, Order::Jacobian);
+        let rays = mapping.trace(&middle, Order::Jacobian, monitor)?;
         for ((end, middle), a) in ends.iter_mut().zip(middle).zip(&rays.jacobian) {
             end[usize::from(determinant(a) >= 0.0)] = middle;
         }
@@ -244,19 +261,20 @@ fn onto_curve(
     for (&i, [a, b]) in lost.iter().zip(&ends) {
         theta[i] = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
     }
-    theta
+    Ok(theta)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mapping::tidal::{LineOfSightModel, TidalLens};
+    use crate::monitor::Silent;
     use crate::profile::mass::{Epl, External, MassModel, MassProfile, Nfw, SersicMass};
 
     fn curves(lenses: Vec<MassModel>) -> (CriticalCurves, TidalLens) {
         let lens = TidalLens { model: LineOfSightModel::EMPTY, lenses, time_delay_distance_mpc: f64::NAN };
         let window = SkyWindow::about_axis(3.0, lens.lens_centres_arcsec()).unwrap();
-        (CriticalCurves::of(&lens, &window), lens)
+        (CriticalCurves::of(&lens, &window, &Silent).unwrap(), lens)
     }
 
     fn epl(slope: f64, e: [f64; 2]) -> MassModel {

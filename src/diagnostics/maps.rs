@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::distortion::Distortion;
+use crate::error::Result;
 use crate::mapping::{Mapping, Order};
+use crate::monitor::Monitor;
 
 /// A square grid of directions centred on the axis: `points`² nodes out to ±`half_width_arcsec`, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -53,12 +55,16 @@ pub struct TidalMaps {
 
 impl TidalMaps {
     /// Traces the grid with second derivatives.
-    pub fn of(mapping: &impl Mapping, grid: MapGrid) -> Self {
-        let nodes = Distortion::of_bundle(&mapping.map(&grid.theta_arcsec(), Order::SecondDerivatives));
+    ///
+    /// # Errors
+    /// When `monitor`, which is told of every ray of the grid, cancels.
+    pub fn of(mapping: &impl Mapping, grid: MapGrid, monitor: &dyn Monitor) -> Result<Self> {
+        let rays = mapping.trace(&grid.theta_arcsec(), Order::SecondDerivatives, monitor)?;
+        let nodes = Distortion::of_bundle(&rays);
         let on_axis = Distortion::on_axis(mapping);
         let axis = on_axis.tidal.gamma;
         let map = |value: &dyn Fn(&Distortion) -> f64| nodes.iter().map(value).collect();
-        Self {
+        Ok(Self {
             grid,
             on_axis,
             kappa: map(&|d| d.tidal.kappa),
@@ -68,7 +74,7 @@ impl TidalMaps {
             f_per_arcsec: map(&|d| d.f_per_arcsec.norm()),
             g_per_arcsec: map(&|d| d.g_per_arcsec.norm()),
             delta: map(&|d| (d.tidal.gamma - axis).norm() / axis.norm()),
-        }
+        })
     }
 
     /// Every map with its name and unit, as files and figures list them.

@@ -1,6 +1,5 @@
 //! What the line of sight does: per-halo tidal variation, od/os/ds/LOS tensors, maps, images of points, critical curves.
 
-mod contour;
 mod critical_curves;
 mod distortion;
 mod effective;

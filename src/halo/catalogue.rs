@@ -4,18 +4,21 @@ use rayon::prelude::*;
 
 use super::nfw_parameters::NfwScaling;
 use crate::cosmology::Background;
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result, shortest};
 use crate::profile::mass::{MassModel, Nfw, TruncatedNfw};
 
 /// Haloes between observer and source, one NFW halo a row, deflections reduced to the source.
 ///
 /// Angles are arcsec from the optical axis. `m200c_msun` and `c200c` are there when the haloes were drawn or
 /// imported by mass; `r_trunc_arcsec` when they are truncated (infinite = not). Rows are in no particular order.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct HaloCatalogue {
+    background: Background,
     z_source: f64,
     /// Redshift, 0 < z < z_source.
     pub z: Vec<f64>,
+    /// Comoving distance χ(z), Mpc.
+    pub chi_cmpc: Vec<f64>,
     /// Position right of the axis.
     pub theta_x_arcsec: Vec<f64>,
     /// Position above the axis.
@@ -43,17 +46,24 @@ pub struct RowFault {
     pub row: usize,
     /// Column name.
     pub column: &'static str,
-    /// The value found.
-    pub value: f64,
+    /// The value found; none where the column is too short.
+    pub value: Option<f64>,
     /// The values allowed.
     pub allowed: String,
+}
+
+impl RowFault {
+    /// The value found, or that there is none.
+    pub fn value_or_missing(&self) -> String {
+        self.value.map_or_else(|| "a missing value".into(), shortest)
+    }
 }
 
 impl From<RowFault> for Error {
     fn from(fault: RowFault) -> Self {
         Self::out_of_range(
             &format!("{} of halo {}", fault.column, fault.row + 1),
-            fault.value,
+            fault.value_or_missing(),
             &fault.allowed,
         )
     }
@@ -82,8 +92,7 @@ impl HaloCatalogue {
     /// Builds and checks a catalogue; masses are turned into angles with `background`.
     ///
     /// # Errors
-    /// The first value outside its domain, as a [`RowFault`]; unequal column lengths are a bug of the caller
-    /// and reported as such.
+    /// The first value outside its domain or missing, as a [`RowFault`].
     pub fn new(
         z_source: f64,
         background: &Background,
@@ -91,34 +100,57 @@ impl HaloCatalogue {
         theta_arcsec: [Vec<f64>; 2],
         masses: HaloMasses,
     ) -> std::result::Result<Self, RowFault> {
-        let inside = format!("above 0 and below z_source = {z_source}");
-        check(&z, "z", &inside, |v| v > 0.0 && v < z_source)?;
         let [theta_x_arcsec, theta_y_arcsec] = theta_arcsec;
-        check(&theta_x_arcsec, "theta_x_arcsec", "finite", |_| true)?;
-        check(&theta_y_arcsec, "theta_y_arcsec", "finite", |_| true)?;
-        let mut catalogue = Self { z_source, z, theta_x_arcsec, theta_y_arcsec, ..Self::default() };
-        match masses {
-            HaloMasses::Angles { r_s_arcsec, alpha_rs_arcsec } => {
-                check(&r_s_arcsec, "r_s_arcsec", "positive", |v| v > 0.0)?;
-                check(&alpha_rs_arcsec, "alpha_rs_arcsec", "zero or positive (no negative mass)", |v| {
-                    v >= 0.0
-                })?;
-                catalogue.r_s_arcsec = r_s_arcsec;
-                catalogue.alpha_rs_arcsec = alpha_rs_arcsec;
-            }
-            HaloMasses::Physical { m200c_msun, c200c } => {
-                check(&m200c_msun, "m200c_msun", "positive (no negative mass)", |v| v > 0.0)?;
-                check(&c200c, "c200c", "positive", |v| v > 0.0)?;
-                let scaling = NfwScaling::new(background, z_source);
-                (catalogue.r_s_arcsec, catalogue.alpha_rs_arcsec) = (0..catalogue.z.len())
-                    .into_par_iter()
-                    .map(|i| scaling.angles_arcsec(m200c_msun[i], c200c[i], catalogue.z[i]))
-                    .unzip();
-                catalogue.m200c_msun = Some(m200c_msun);
-                catalogue.c200c = Some(c200c);
+        let of_mass = match &masses {
+            HaloMasses::Angles { r_s_arcsec, alpha_rs_arcsec } => [
+                ("r_s_arcsec", r_s_arcsec, Domain::POSITIVE, ""),
+                ("alpha_rs_arcsec", alpha_rs_arcsec, Domain::NON_NEGATIVE, " (no negative mass)"),
+            ],
+            HaloMasses::Physical { m200c_msun, c200c } => [
+                ("m200c_msun", m200c_msun, Domain::POSITIVE, " (no negative mass)"),
+                ("c200c", c200c, Domain::POSITIVE, ""),
+            ],
+        };
+        let places = [
+            ("z", &z, Domain::inside(0.0, z_source), " (z_source)"),
+            ("theta_x_arcsec", &theta_x_arcsec, Domain::FINITE, ""),
+            ("theta_y_arcsec", &theta_y_arcsec, Domain::FINITE, ""),
+        ];
+        let columns = || places.iter().chain(&of_mass);
+        let rows = columns().map(|(_, column, ..)| column.len()).max().unwrap_or(0);
+        for (column, values, domain, why) in columns() {
+            if let Some(row) = (0..rows).find(|&row| !values.get(row).is_some_and(|v| domain.contains(*v))) {
+                let value = values.get(row).copied();
+                return Err(RowFault { row, column, value, allowed: format!("{domain}{why}") });
             }
         }
-        Ok(catalogue)
+        let chi_cmpc: Vec<f64> = z.par_iter().map(|&z| background.comoving_distance_mpc(z)).collect();
+        let (r_s_arcsec, alpha_rs_arcsec, m200c_msun, c200c) = match masses {
+            HaloMasses::Angles { r_s_arcsec, alpha_rs_arcsec } => (r_s_arcsec, alpha_rs_arcsec, None, None),
+            HaloMasses::Physical { m200c_msun, c200c } => {
+                let scaling = NfwScaling::new(background, z_source);
+                let (r_s_arcsec, alpha_rs_arcsec) = (0..rows)
+                    .into_par_iter()
+                    .map(|i| scaling.angles_arcsec(m200c_msun[i], c200c[i], z[i], chi_cmpc[i]))
+                    .unzip();
+                (r_s_arcsec, alpha_rs_arcsec, Some(m200c_msun), Some(c200c))
+            }
+        };
+        Ok(Self {
+            background: *background,
+            z_source,
+            z,
+            chi_cmpc,
+            theta_x_arcsec,
+            theta_y_arcsec,
+            r_s_arcsec,
+            alpha_rs_arcsec,
+            r_trunc_arcsec: None,
+            m200c_msun,
+            c200c,
+            extra: Vec::new(),
+            extra_text: Vec::new(),
+        })
     }
 
     /// Truncates every halo at r_t = `tau` scale radii.
@@ -126,9 +158,14 @@ impl HaloCatalogue {
     /// # Errors
     /// When tau is not positive.
     pub fn truncated_at(mut self, tau: f64) -> Result<Self> {
-        require(tau > 0.0, "truncation_over_r_s", tau, "positive")?;
+        Domain::POSITIVE.check("truncation_over_r_s", tau)?;
         self.r_trunc_arcsec = Some(self.r_s_arcsec.iter().map(|r_s| tau * r_s).collect());
         Ok(self)
+    }
+
+    /// The cosmology that made distances from redshifts.
+    pub fn background(&self) -> &Background {
+        &self.background
     }
 
     /// Source redshift to which the deflections are reduced.
@@ -170,8 +207,10 @@ impl HaloCatalogue {
     pub fn select(&self, keep: &[bool]) -> Self {
         let pick = |column: &Vec<f64>| filtered(column, keep);
         Self {
+            background: self.background,
             z_source: self.z_source,
             z: pick(&self.z),
+            chi_cmpc: pick(&self.chi_cmpc),
             theta_x_arcsec: pick(&self.theta_x_arcsec),
             theta_y_arcsec: pick(&self.theta_y_arcsec),
             r_s_arcsec: pick(&self.r_s_arcsec),
@@ -191,18 +230,6 @@ impl HaloCatalogue {
 
 fn filtered<T: Clone>(column: &[T], keep: &[bool]) -> Vec<T> {
     column.iter().zip(keep).filter(|(_, keep)| **keep).map(|(v, _)| v.clone()).collect()
-}
-
-fn check(
-    column: &[f64],
-    name: &'static str,
-    allowed: &str,
-    ok: impl Fn(f64) -> bool,
-) -> std::result::Result<(), RowFault> {
-    match column.iter().position(|&v| !v.is_finite() || !ok(v)) {
-        None => Ok(()),
-        Some(row) => Err(RowFault { row, column: name, value: column[row], allowed: allowed.into() }),
-    }
 }
 
 #[cfg(test)]
@@ -228,6 +255,19 @@ mod tests {
             assert_eq!((fault.row, fault.column), (1, column));
         }
         assert!(build(0.3, 1.0, 0.1).is_ok());
+    }
+
+    #[test]
+    fn columns_of_unequal_length_are_refused() {
+        for (lengths, column, row) in [([2, 2, 1, 2], "r_s_arcsec", 1), ([2, 3, 3, 3], "z", 2)] {
+            let of = |i: usize| vec![1.0; lengths[i]];
+            let masses = HaloMasses::Angles { r_s_arcsec: of(2), alpha_rs_arcsec: of(3) };
+            let built = HaloCatalogue::new(1.5, &Background::paper(), of(0), [of(1), of(1)], masses);
+            let fault = built.unwrap_err();
+            assert_eq!((fault.column, fault.row, fault.value), (column, row, None));
+            let wanted = format!("{column} of halo {} is a missing value, but must be", row + 1);
+            assert!(Error::from(fault).to_string().starts_with(&wanted), "{wanted}");
+        }
     }
 
     #[test]

@@ -16,9 +16,7 @@ use crate::numerics::spline::UniformSpline;
 /// Never for a population that was built; the integral is smooth.
 pub fn mean_density_sheets(population: &Population, haloes: &HaloCatalogue) -> Result<Vec<f64>> {
     let cumulative = cumulative_convergence(population)?;
-    let background = population.background();
-    let mut order: Vec<(f64, usize)> =
-        haloes.z.iter().enumerate().map(|(i, &z)| (background.comoving_distance_mpc(z), i)).collect();
+    let mut order: Vec<(f64, usize)> = haloes.chi_cmpc.iter().enumerate().map(|(i, &chi)| (chi, i)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut sheets = vec![0.0; order.len()];
     let mut below = 0.0;

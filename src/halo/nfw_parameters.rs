@@ -5,23 +5,22 @@ use crate::cosmology::Background;
 
 /// Turns (M200c, c200c, z) into (r_s, α_Rs) for one source.
 #[derive(Debug, Clone, Copy)]
-pub struct NfwScaling<'a> {
-    background: &'a Background,
+pub struct NfwScaling {
+    background: Background,
     chi_source_cmpc: f64,
 }
 
-impl<'a> NfwScaling<'a> {
+impl NfwScaling {
     /// Scaling for a source at `z_source`.
-    pub fn new(background: &'a Background, z_source: f64) -> Self {
-        Self { background, chi_source_cmpc: background.comoving_distance_mpc(z_source) }
+    pub fn new(background: &Background, z_source: f64) -> Self {
+        Self { background: *background, chi_source_cmpc: background.comoving_distance_mpc(z_source) }
     }
 
-    /// (r_s, α_Rs) in arcsec of a halo of M200c, c200c at redshift z (Navarro, Frenk & White 1997).
+    /// (r_s, α_Rs) in arcsec of a halo of M200c, c200c at redshift z and comoving distance χ(z) (Navarro, Frenk & White 1997).
     ///
     /// r_200c = (3M/800πρ_c(z))^{1/3}, r_s = r_200c/c, ρ_0 = M/(4πr_s³[ln(1+c) − c/(1+c)]),
     /// α_Rs = 4ρ_0 r_s²(1 − ln 2)·(4πG/c²)·D_ds/D_s. G·Msun is the IAU's; lenstronomy's is 2.8e-4 larger.
-    pub fn angles_arcsec(&self, m200c_msun: f64, c200c: f64, z: f64) -> (f64, f64) {
-        let chi = self.background.comoving_distance_mpc(z);
+    pub fn angles_arcsec(&self, m200c_msun: f64, c200c: f64, z: f64, chi_cmpc: f64) -> (f64, f64) {
         let rho_c = self.background.critical_density_msun_mpc3(z);
         let r200 = (3.0 * m200c_msun / (800.0 * std::f64::consts::PI * rho_c)).cbrt();
         let r_s = r200 / c200c;
@@ -29,9 +28,9 @@ impl<'a> NfwScaling<'a> {
         // 4ρ_0 r_s²·4πG/c² = 4·(GM/c²)/(r_s μ).
         let alpha_rad = 4.0 * GM_SUN_OVER_C2_MPC * m200c_msun / (r_s * mu)
             * (1.0 - std::f64::consts::LN_2)
-            * (self.chi_source_cmpc - chi)
+            * (self.chi_source_cmpc - chi_cmpc)
             / self.chi_source_cmpc;
-        (r_s * (1.0 + z) / chi / ARCSEC_RAD, alpha_rad / ARCSEC_RAD)
+        (r_s * (1.0 + z) / chi_cmpc / ARCSEC_RAD, alpha_rad / ARCSEC_RAD)
     }
 
     /// Squared comoving Einstein radius of a point lens per solar mass, r_E²/M = 4G/c²·(1+z)χ(χ_s−χ)/χ_s in Mpc².

@@ -6,6 +6,8 @@ use super::noise::add_noise;
 use super::pixels::{PixelSampling, integrate_pixels};
 use super::psf::Psf;
 use super::scene::Scene;
+use crate::error::Result;
+use crate::monitor::Monitor;
 use crate::numerics::random::StreamName;
 
 /// A simulated image with and without noise, e⁻/s per pixel, row-major (y, x).
@@ -26,6 +28,9 @@ const TOLERANCE_OF_BACKGROUND_RMS: f64 = 0.01;
 ///
 /// Pixel fluxes are integrated to 1% of the background rms, convolved with `psf`, and the noise of that
 /// stream is added.
+///
+/// # Errors
+/// When `monitor`, which is told of every ray, cancels.
 pub fn expose(
     scene: &Scene,
     grid: SkyGrid,
@@ -33,11 +38,12 @@ pub fn expose(
     psf: &Psf,
     sampling: PixelSampling,
     noise: StreamName,
-) -> Exposure {
+    monitor: &dyn Monitor,
+) -> Result<Exposure> {
     let rms = instrument.background_rms_e_s();
-    let flux = integrate_pixels(scene, &grid, sampling, TOLERANCE_OF_BACKGROUND_RMS * rms);
+    let flux = integrate_pixels(scene, &grid, sampling, TOLERANCE_OF_BACKGROUND_RMS * rms, monitor)?;
     let noise_free_e_s = psf.convolve(&flux, grid.pixels());
     let StreamName { seed, realisation, stage } = noise;
     let noisy_e_s = add_noise(&noise_free_e_s, rms, instrument.exposure_s, seed, realisation, stage);
-    Exposure { grid, noise_free_e_s, noisy_e_s }
+    Ok(Exposure { grid, noise_free_e_s, noisy_e_s })
 }

@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::grid::SkyGrid;
 use super::scene::Scene;
+use crate::error::Result;
 use crate::mapping::Order;
+use crate::monitor::Monitor;
 
 /// How the surface brightness is summed over a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -34,14 +36,23 @@ impl PixelSampling {
 /// that expansion is integrated by quartering until it no longer changes by `tolerance` (flux units). Where the
 /// expansions of neighbours disagree at a common corner by more than the tolerance, the pixel is quartered and
 /// its quarters are traced again, down to 1/16 of a pixel.
-pub fn integrate_pixels(scene: &Scene, grid: &SkyGrid, sampling: PixelSampling, tolerance: f64) -> Vec<f64> {
+///
+/// # Errors
+/// When `monitor`, which is told of every ray, cancels.
+pub fn integrate_pixels(
+    scene: &Scene,
+    grid: &SkyGrid,
+    sampling: PixelSampling,
+    tolerance: f64,
+    monitor: &dyn Monitor,
+) -> Result<Vec<f64>> {
     let centres = grid.theta_arcsec();
     match sampling {
         PixelSampling::Point => {
             let area = grid.pixel_scale_arcsec().powi(2);
-            scene.surface_brightness(&centres).into_iter().map(|b| b * area).collect()
+            Ok(scene.surface_brightness(&centres, monitor)?.into_iter().map(|b| b * area).collect())
         }
-        PixelSampling::Adaptive => integrate_adaptively(scene, grid, &centres, tolerance),
+        PixelSampling::Adaptive => integrate_adaptively(scene, grid, &centres, tolerance, monitor),
     }
 }
 
@@ -51,12 +62,18 @@ const DEEPEST_TRACE: i32 = 4;
 /// How often a cell may be quartered for the brightness alone: 1e-4″ of a 0.08″ pixel.
 const DEEPEST_BRIGHTNESS: u32 = 10;
 
-fn integrate_adaptively(scene: &Scene, grid: &SkyGrid, centres: &[[f64; 2]], tolerance: f64) -> Vec<f64> {
+fn integrate_adaptively(
+    scene: &Scene,
+    grid: &SkyGrid,
+    centres: &[[f64; 2]],
+    tolerance: f64,
+    monitor: &dyn Monitor,
+) -> Result<Vec<f64>> {
     let n = grid.pixels();
     let mut flux = vec![0.0; n * n];
     let mut width = grid.pixel_scale_arcsec();
     let mut pixels: Vec<usize> = (0..n * n).collect();
-    let mut cells = trace_cells(scene, centres);
+    let mut cells = trace_cells(scene, centres, monitor)?;
     let mut smooth = neighbours_agree(scene, &cells, n, width, tolerance);
     for depth in 0..=DEEPEST_TRACE {
         let accepted = |i: usize| smooth[i] || depth == DEEPEST_TRACE;
@@ -70,6 +87,7 @@ fn integrate_adaptively(scene: &Scene, grid: &SkyGrid, centres: &[[f64; 2]], tol
                 }
             })
             .collect();
+        monitor.check()?;
         for (pixel, sum) in pixels.iter().zip(sums) {
             flux[*pixel] += sum;
         }
@@ -81,11 +99,11 @@ fn integrate_adaptively(scene: &Scene, grid: &SkyGrid, centres: &[[f64; 2]], tol
         let quarters: Vec<[f64; 2]> =
             rough.iter().flat_map(|&i| CORNERS.map(|c| cells[i].at(c, 0.5 * width))).collect();
         pixels = rough.iter().flat_map(|&i| [pixels[i]; 4]).collect();
-        cells = trace_cells(scene, &quarters);
+        cells = trace_cells(scene, &quarters, monitor)?;
         smooth =
             cells.chunks(4).flat_map(|four| [siblings_agree(scene, four, width, tolerance); 4]).collect();
     }
-    flux
+    Ok(flux)
 }
 
 const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]];
@@ -98,16 +116,16 @@ struct Expansion {
     b: [f64; 6],
 }
 
-fn trace_cells(scene: &Scene, centres: &[[f64; 2]]) -> Vec<Expansion> {
-    let rays = scene.mapping.map(centres, Order::SecondDerivatives);
-    (0..centres.len())
+fn trace_cells(scene: &Scene, centres: &[[f64; 2]], monitor: &dyn Monitor) -> Result<Vec<Expansion>> {
+    let rays = scene.mapping.trace(centres, Order::SecondDerivatives, monitor)?;
+    Ok((0..centres.len())
         .map(|i| Expansion {
             theta: centres[i],
             beta: rays.beta_arcsec[i],
             a: rays.jacobian[i],
             b: rays.second_per_arcsec[i],
         })
-        .collect()
+        .collect())
 }
 
 impl Expansion {
@@ -200,6 +218,7 @@ mod tests {
     use crate::cosmology::Background;
     use crate::halo::{HaloCatalogue, HaloMasses};
     use crate::mapping::multiplane::{LineOfSight, MainLens, Sheets};
+    use crate::monitor::Silent;
     use crate::profile::light::Sersic;
     use crate::profile::mass::{Epl, MassModel};
 
@@ -209,7 +228,7 @@ mod tests {
         let at = [vec![0.61], vec![0.55]];
         let background = Background::paper();
         let haloes = HaloCatalogue::new(1.5, &background, vec![0.3], at, masses).unwrap();
-        LineOfSight::new(&haloes, background, &Sheets::OnAxis).unwrap()
+        LineOfSight::new(&haloes, &Sheets::OnAxis).unwrap()
     }
 
     #[test]
@@ -224,8 +243,8 @@ mod tests {
         let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
         let grid = SkyGrid::new(30, 0.08).unwrap();
         let tolerance = 1e-5;
-        let got = integrate_pixels(&scene, &grid, PixelSampling::Adaptive, tolerance);
-        let crude = integrate_pixels(&scene, &grid, PixelSampling::Point, tolerance);
+        let got = integrate_pixels(&scene, &grid, PixelSampling::Adaptive, tolerance, &Silent).unwrap();
+        let crude = integrate_pixels(&scene, &grid, PixelSampling::Point, tolerance, &Silent).unwrap();
         // 40×40 rays a pixel, exact mapping.
         let fine = 40;
         let step = 0.08 / f64::from(fine);
@@ -234,7 +253,7 @@ mod tests {
             let at = |c: f64, j: i32| c + (f64::from(j) - 0.5 * f64::from(fine - 1)) * step;
             let rays: Vec<[f64; 2]> =
                 (0..fine * fine).map(|i| [at(theta[0], i % fine), at(theta[1], i / fine)]).collect();
-            let want = scene.surface_brightness(&rays).iter().sum::<f64>() * step * step;
+            let want = scene.surface_brightness(&rays, &Silent).unwrap().iter().sum::<f64>() * step * step;
             worst = worst.max((got[k] - want).abs());
             worst_crude = worst_crude.max((crude[k] - want).abs());
         }

@@ -1,9 +1,9 @@
 //! Point-spread functions and convolution.
 
-use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::error::{Domain, Error, Result};
+use crate::numerics::dispatch::fit_kernel;
 
 /// A point-spread function on the pixel grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,64 +87,68 @@ impl Psf {
     }
 }
 
-/// One-dimensional convolution along x, pixels beyond an edge taken as that of the edge.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn convolve_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
-    let radius = weights.len() / 2;
-    let mut out = vec![0.0; n * n];
-    let mut padded = vec![0.0; n + 2 * radius];
-    for (row, out) in image.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
-        padded[..radius].fill(row[0]);
-        padded[radius..radius + n].copy_from_slice(row);
-        padded[radius + n..].fill(row[n - 1]);
-        for (k, w) in weights.iter().enumerate() {
-            add_scaled(out, &padded[k..k + n], *w);
+fit_kernel! {
+    /// One-dimensional convolution along x, pixels beyond an edge taken as that of the edge.
+    fn convolve_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
+        let radius = weights.len() / 2;
+        let mut out = vec![0.0; n * n];
+        let mut padded = vec![0.0; n + 2 * radius];
+        for (row, out) in image.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+            padded[..radius].fill(row[0]);
+            padded[radius..radius + n].copy_from_slice(row);
+            padded[radius + n..].fill(row[n - 1]);
+            for (k, w) in weights.iter().enumerate() {
+                add_scaled(out, &padded[k..k + n], *w);
+            }
         }
-    }
-    out
-}
-
-/// The same along y.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn convolve_columns(image: &[f64], n: usize, weights: &[f64], out: &mut [f64]) {
-    for (y, out) in out.chunks_exact_mut(n).enumerate() {
-        out.fill(0.0);
-        for (k, w) in weights.iter().enumerate() {
-            let from = edge_row(y, k, n, weights);
-            add_scaled(out, &image[from * n..(from + 1) * n], *w);
-        }
+        out
     }
 }
 
-/// The transpose of [`convolve_rows`].
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn gather_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
-    let radius = weights.len() / 2;
-    let mut out = vec![0.0; n * n];
-    let mut padded = vec![0.0; n + 2 * radius];
-    for (row, out) in image.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
-        padded.fill(0.0);
-        for (k, w) in weights.iter().enumerate() {
-            add_scaled(&mut padded[k..k + n], row, *w);
+fit_kernel! {
+    /// The same along y.
+    fn convolve_columns(image: &[f64], n: usize, weights: &[f64], out: &mut [f64]) {
+        for (y, out) in out.chunks_exact_mut(n).enumerate() {
+            out.fill(0.0);
+            for (k, w) in weights.iter().enumerate() {
+                let from = edge_row(y, k, n, weights);
+                add_scaled(out, &image[from * n..(from + 1) * n], *w);
+            }
         }
-        out.copy_from_slice(&padded[radius..radius + n]);
-        out[0] += padded[..radius].iter().sum::<f64>();
-        out[n - 1] += padded[radius + n..].iter().sum::<f64>();
     }
-    out
 }
 
-/// The transpose of [`convolve_columns`].
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn gather_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
-    let mut out = vec![0.0; n * n];
-    for (y, row) in image.chunks_exact(n).enumerate() {
-        for (k, w) in weights.iter().enumerate() {
-            let to = edge_row(y, k, n, weights);
-            add_scaled(&mut out[to * n..(to + 1) * n], row, *w);
+fit_kernel! {
+    /// The transpose of [`convolve_rows`].
+    fn gather_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
+        let radius = weights.len() / 2;
+        let mut out = vec![0.0; n * n];
+        let mut padded = vec![0.0; n + 2 * radius];
+        for (row, out) in image.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+            padded.fill(0.0);
+            for (k, w) in weights.iter().enumerate() {
+                add_scaled(&mut padded[k..k + n], row, *w);
+            }
+            out.copy_from_slice(&padded[radius..radius + n]);
+            out[0] += padded[..radius].iter().sum::<f64>();
+            out[n - 1] += padded[radius + n..].iter().sum::<f64>();
         }
+        out
     }
-    out
+}
+
+fit_kernel! {
+    /// The transpose of [`convolve_columns`].
+    fn gather_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; n * n];
+        for (y, row) in image.chunks_exact(n).enumerate() {
+            for (k, w) in weights.iter().enumerate() {
+                let to = edge_row(y, k, n, weights);
+                add_scaled(&mut out[to * n..(to + 1) * n], row, *w);
+            }
+        }
+        out
+    }
 }
 
 /// Row that weight k of row y reads from.

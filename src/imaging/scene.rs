@@ -1,6 +1,8 @@
 //! What is seen through a mapping: lensed source and unlensed lens light.
 
+use crate::error::Result;
 use crate::mapping::{Mapping, Order};
+use crate::monitor::Monitor;
 use crate::profile::light::{LightProfile, Sersic};
 
 /// Light in front of and behind a mapping.
@@ -23,8 +25,12 @@ impl Scene<'_> {
     }
 
     /// Surface brightness in the directions θ, flux per arcsec².
-    pub fn surface_brightness(&self, theta_arcsec: &[[f64; 2]]) -> Vec<f64> {
-        let rays = self.mapping.map(theta_arcsec, Order::Position);
-        theta_arcsec.iter().zip(rays.beta_arcsec).map(|(theta, beta)| self.brightness(*theta, beta)).collect()
+    ///
+    /// # Errors
+    /// When `monitor`, which is told of every ray, cancels.
+    pub fn surface_brightness(&self, theta_arcsec: &[[f64; 2]], monitor: &dyn Monitor) -> Result<Vec<f64>> {
+        let rays = self.mapping.trace(theta_arcsec, Order::Position, monitor)?;
+        let pairs = theta_arcsec.iter().zip(rays.beta_arcsec);
+        Ok(pairs.map(|(theta, beta)| self.brightness(*theta, beta)).collect())
     }
 }

@@ -2,8 +2,14 @@
 //!
 //! Maps, images and fits see only [`Mapping`]: they cannot tell a tidal model from 34,000 planes.
 
+mod centre;
 pub mod multiplane;
 pub mod tidal;
+
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::monitor::{Monitor, Silent};
 
 /// How many derivatives of the mapping to compute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,6 +34,23 @@ pub struct RayBundle {
 }
 
 impl RayBundle {
+    /// Traces blocks of at most `rays` rays side by side; says so of each, and stops between them when told to.
+    fn in_blocks(
+        theta_arcsec: &[[f64; 2]],
+        rays: usize,
+        monitor: &dyn Monitor,
+        trace: impl Fn(&[[f64; 2]]) -> Self + Sync,
+    ) -> Result<Self> {
+        let trace = |theta: &[[f64; 2]]| {
+            monitor.check()?;
+            let block = trace(theta);
+            monitor.advance(theta.len() as u64);
+            Ok(block)
+        };
+        let blocks: Result<Vec<Self>> = theta_arcsec.par_chunks(rays).map(trace).collect();
+        Ok(Self::concatenate(blocks?))
+    }
+
     /// Joins bundles in order.
     pub fn concatenate(parts: Vec<Self>) -> Self {
         parts.into_iter().fold(Self::default(), |mut all, part| {
@@ -41,8 +64,17 @@ impl RayBundle {
 
 /// A lens mapping from the observed direction θ to the source position β.
 pub trait Mapping: Sync {
-    /// Maps every ray θ (arcsec) to β and as many derivatives as `order` asks for.
-    fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle;
+    /// Maps every ray θ (arcsec) to β and as many derivatives as `order` asks for; tells `monitor` of each ray once.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`](crate::Error::Cancelled) alone, soon after `monitor` says so.
+    fn trace(&self, theta_arcsec: &[[f64; 2]], order: Order, monitor: &dyn Monitor) -> Result<RayBundle>;
+
+    /// [`Self::trace`] with nobody watching, for few rays.
+    fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
+        // Nobody cancels.
+        self.trace(theta_arcsec, order, &Silent).unwrap_or_default()
+    }
 
     /// Arrival-time delay of every ray in days against the unlensed straight path to the same β.
     ///

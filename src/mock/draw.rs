@@ -134,8 +134,13 @@ impl Place {
             HaloMassRule::Over(range) => stars_msun / uniform(rng, range),
         };
         let c200c = log_normal(rng, protocol.concentration_median, protocol.concentration_sd_ln);
-        let (r_s_arcsec, alpha_rs_arcsec) =
-            NfwScaling::new(&self.background, self.z_source).angles_arcsec(m200c_msun, c200c, self.z_lens);
+        let chi_cmpc = self.background.comoving_distance_mpc(self.z_lens);
+        let (r_s_arcsec, alpha_rs_arcsec) = NfwScaling::new(&self.background, self.z_source).angles_arcsec(
+            m200c_msun,
+            c200c,
+            self.z_lens,
+            chi_cmpc,
+        );
         let offset = protocol.halo_offset_sd_pc * 1e-3 * arcsec_per_kpc(self.to_lens_mpc);
         let ellipticity = ellipticity(rng, protocol.least_axis_ratio);
         let centre_arcsec = [offset * normal(rng), offset * normal(rng)];

@@ -3,6 +3,7 @@
 use super::system::MockSystem;
 use crate::error::Result;
 use crate::imaging::{Exposure, Instrument, PixelSampling, Psf, Scene, SkyGrid, add_noise, integrate_pixels};
+use crate::monitor::Silent;
 use crate::numerics::random::Stage;
 use crate::profile::light::Sersic;
 
@@ -35,18 +36,18 @@ impl MockImage {
         let grid = SkyGrid::new(system.pixels, instrument.pixel_scale_arcsec)?;
         let rms = instrument.background_rms_e_s();
         let mapping = system.mapping()?;
-        let see = |source: &Sersic, lens_light: Option<&Sersic>| {
+        let see = |source: &Sersic, lens_light: Option<&Sersic>| -> Result<Vec<f64>> {
             let scene = Scene { mapping: &mapping, source, lens_light };
-            let flux = integrate_pixels(&scene, &grid, sampling, TOLERANCE_OF_BACKGROUND_RMS * rms);
-            psf.convolve(&flux, grid.pixels())
+            let flux = integrate_pixels(&scene, &grid, sampling, TOLERANCE_OF_BACKGROUND_RMS * rms, &Silent)?;
+            Ok(psf.convolve(&flux, grid.pixels()))
         };
         let sources = sources(system, instrument)?;
         let mut source_e_s = vec![0.0; grid.pixels() * grid.pixels()];
         for source in &sources {
-            source_e_s.iter_mut().zip(see(source, None)).for_each(|(sum, flux)| *sum += flux);
+            source_e_s.iter_mut().zip(see(source, None)?).for_each(|(sum, flux)| *sum += flux);
         }
         let dark = Sersic::with_flux(0.0, 1.0, 1.0, [0.0; 2], [0.0; 2])?;
-        let mut noise_free_e_s = see(&dark, Some(&lens_light(system, instrument)?));
+        let mut noise_free_e_s = see(&dark, Some(&lens_light(system, instrument)?))?;
         noise_free_e_s.iter_mut().zip(&source_e_s).for_each(|(sum, flux)| *sum += flux);
         let noise = (seed, system.number, Stage::NoiseImage);
         let noisy_e_s = add_noise(&noise_free_e_s, rms, instrument.exposure_s, noise.0, noise.1, noise.2);

@@ -62,19 +62,6 @@ pub fn ln<R: Real>(x: R) -> R {
     e * LN2_HIGH + (s * 2.0 * artanh_over_argument(s * s) + e * LN2_LOW)
 }
 
-/// x = 2^e·m with m in [√½, √2), for positive normal x.
-#[inline(always)]
-pub fn mantissa_and_exponent(x: f64) -> (f64, f64) {
-    // e is carried biased by 1023 so that all shifts are logical.
-    const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
-    const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
-    const TWO_POW_52_BITS: u64 = 0x4330_0000_0000_0000;
-    let bits = x.to_bits();
-    let biased = bits.wrapping_sub(SQRT_HALF_BITS).wrapping_add(ONE_BITS) >> 52;
-    let m = f64::from_bits(bits.wrapping_sub(biased << 52).wrapping_add(ONE_BITS));
-    (m, f64::from_bits(biased | TWO_POW_52_BITS) - (4_503_599_627_370_496.0 + 1023.0))
-}
-
 /// arctan(t)/t for |t| ≤ tan(π/8) = √2 − 1, from z = t².
 #[inline(always)]
 pub fn arctan_over_argument<R: Real>(z: R) -> R {
@@ -143,11 +130,22 @@ pub fn exp<R: Real>(x: R) -> R {
 /// Adding 1.5·2⁵² rounds to an integer and leaves it in the low bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// 2ᵏ from k + 1.5·2⁵².
-#[inline(always)]
-pub fn power_of_two(shifted: f64) -> f64 {
-    f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)
+/// ln and exp of [`Real`] numbers as methods.
+pub trait Elementary: Real {
+    /// Natural logarithm of positive normal numbers.
+    #[inline(always)]
+    fn ln(self) -> Self {
+        ln(self)
+    }
+
+    /// Exponential function, 0 below −708 and of 708 above.
+    #[inline(always)]
+    fn exp(self) -> Self {
+        exp(self)
+    }
 }
+
+impl<R: Real> Elementary for R {}
 
 #[cfg(test)]
 mod tests {

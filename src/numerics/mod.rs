@@ -1,6 +1,8 @@
-//! Quadrature, splines, roots, SIMD lanes and elementary functions, random streams.
+//! Quadrature, splines, roots, contours, SIMD lanes and elementary functions, random streams.
 
 pub mod complex;
+pub(crate) mod contour;
+pub(crate) mod dispatch;
 pub mod elementary;
 pub mod quadrature;
 pub mod random;

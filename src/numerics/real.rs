@@ -2,9 +2,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use super::elementary;
-
-/// Arithmetic and elementary functions of one number or of [`Lanes`]; the bits of a lane are those of the number.
+/// Arithmetic of one number or of [`Lanes`]; the bits of a lane are those of the number.
 pub trait Real:
     Copy
     + Add<Output = Self>
@@ -21,16 +19,6 @@ pub trait Real:
     fn splat(value: f64) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// Natural logarithm of positive normal numbers.
-    #[inline(always)]
-    fn ln(self) -> Self {
-        elementary::ln(self)
-    }
-    /// Exponential function, 0 below −708 and of 708 above.
-    #[inline(always)]
-    fn exp(self) -> Self {
-        elementary::exp(self)
-    }
     /// x = 2^e·m with m in [√½, √2), for positive normal x.
     fn mantissa_and_exponent(self) -> (Self, Self);
     /// 2ᵏ from k + 1.5·2⁵².
@@ -51,6 +39,25 @@ pub trait Real:
     fn largest(self) -> f64;
 }
 
+/// x = 2^e·m with m in [√½, √2), for positive normal x.
+#[inline(always)]
+fn mantissa_and_exponent(x: f64) -> (f64, f64) {
+    // e is carried biased by 1023 so that all shifts are logical.
+    const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
+    const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
+    const TWO_POW_52_BITS: u64 = 0x4330_0000_0000_0000;
+    let bits = x.to_bits();
+    let biased = bits.wrapping_sub(SQRT_HALF_BITS).wrapping_add(ONE_BITS) >> 52;
+    let m = f64::from_bits(bits.wrapping_sub(biased << 52).wrapping_add(ONE_BITS));
+    (m, f64::from_bits(biased | TWO_POW_52_BITS) - (4_503_599_627_370_496.0 + 1023.0))
+}
+
+/// 2ᵏ from k + 1.5·2⁵².
+#[inline(always)]
+fn power_of_two(shifted: f64) -> f64 {
+    f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)
+}
+
 impl Real for f64 {
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -64,12 +71,12 @@ impl Real for f64 {
 
     #[inline(always)]
     fn mantissa_and_exponent(self) -> (Self, Self) {
-        elementary::mantissa_and_exponent(self)
+        mantissa_and_exponent(self)
     }
 
     #[inline(always)]
     fn power_of_two(self) -> Self {
-        elementary::power_of_two(self)
+        power_of_two(self)
     }
 
     #[inline(always)]
@@ -224,14 +231,14 @@ impl Real for Lanes {
     fn mantissa_and_exponent(self) -> (Self, Self) {
         let (mut m, mut e) = (self, self);
         for (m, e) in m.0.iter_mut().zip(&mut e.0) {
-            (*m, *e) = elementary::mantissa_and_exponent(*m);
+            (*m, *e) = mantissa_and_exponent(*m);
         }
         (m, e)
     }
 
     #[inline(always)]
     fn power_of_two(self) -> Self {
-        self.map(elementary::power_of_two)
+        self.map(power_of_two)
     }
 
     #[inline(always)]
@@ -342,6 +349,7 @@ impl SubAssign for Lanes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::elementary::Elementary;
 
     #[test]
     fn lanes_have_the_bits_of_single_numbers() {
@@ -349,7 +357,7 @@ mod tests {
         let lanes = Lanes(values);
         let got = ((lanes * lanes + 1.0).ln() - lanes.sqrt()).exp() / lanes;
         for (v, got) in values.into_iter().zip(got.0) {
-            let want = Real::exp(Real::ln(v * v + 1.0) - v.sqrt()) / v;
+            let want = Elementary::exp(Elementary::ln(v * v + 1.0) - v.sqrt()) / v;
             assert_eq!(got.to_bits(), want.to_bits());
         }
     }

@@ -2,13 +2,14 @@
 
 use nalgebra::Complex;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::imaging::{Exposure, Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
 use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, FitStage, Observation};
 use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+use crate::monitor::Silent;
 use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -64,16 +65,17 @@ pub struct Advantage {
 /// Pixels a side of the image.
 const PIXELS: usize = 49;
 
-fn table(name: &str) -> f64 {
-    TABLE_1.iter().find(|(own, _)| *own == name).map_or(f64::NAN, |(_, value)| *value)
+fn table(name: &str) -> Result<f64> {
+    let row = TABLE_1.iter().find(|(own, _)| *own == name);
+    row.map(|(_, value)| *value).ok_or_else(|| Error::out_of_range(name, "missing", "a row of Table 1"))
 }
 
 fn light(part: &str, instrument: &Instrument, ellipticity: [f64; 2], centre: [f64; 2]) -> Result<Sersic> {
     let of = |name: &str| table(&format!("{part}.{name}"));
     Sersic::with_flux(
-        instrument.flux_e_s(of("magnitude")),
-        of("R_sersic"),
-        of("n_sersic"),
+        instrument.flux_e_s(of("magnitude")?),
+        of("R_sersic")?,
+        of("n_sersic")?,
         ellipticity,
         centre,
     )
@@ -82,26 +84,26 @@ fn light(part: &str, instrument: &Instrument, ellipticity: [f64; 2], centre: [f6
 /// Table 1's system as HST sees it, with noise of the seed, sampled at pixel centres as the paper did.
 ///
 /// # Errors
-/// None for the table as it is.
+/// A row that the table lacks.
 pub fn table1_image(seed: u64) -> Result<Table1Image> {
-    let pair = |a: &str, b: &str| [table(a), table(b)];
-    let tidal = |place: &str| {
-        let of = |component: &str| table(&format!("{component}_{place}"));
-        Tidal { kappa: 0.0, gamma: Complex::new(of("gamma1"), of("gamma2")), omega: 0.0 }
+    let pair = |a: &str, b: &str| -> Result<[f64; 2]> { Ok([table(a)?, table(b)?]) };
+    let tidal = |place: &str| -> Result<Tidal> {
+        let [gamma1, gamma2] = pair(&format!("gamma1_{place}"), &format!("gamma2_{place}"))?;
+        Ok(Tidal { kappa: 0.0, gamma: Complex::new(gamma1, gamma2), omega: 0.0 })
     };
     let instrument = Instrument::default();
-    let (shape, centre) = (pair("lens.e1", "lens.e2"), pair("lens.center_x", "lens.center_y"));
-    let lens = Epl::new(table("lens.theta_E"), table("lens.gamma"), shape, centre)?;
-    let model = LineOfSightModel::Full { od: tidal("od"), os: tidal("os"), ds: tidal("ds") };
+    let (shape, centre) = (pair("lens.e1", "lens.e2")?, pair("lens.center_x", "lens.center_y")?);
+    let lens = Epl::new(table("lens.theta_E")?, table("lens.gamma")?, shape, centre)?;
+    let model = LineOfSightModel::Full { od: tidal("od")?, os: tidal("os")?, ds: tidal("ds")? };
     let mapping = TidalLens { model, lenses: vec![MassModel::Epl(lens)], time_delay_distance_mpc: f64::NAN };
-    let source_centre = pair("source.center_x", "source.center_y");
-    let source = light("source", &instrument, pair("source.e1", "source.e2"), source_centre)?;
+    let source_centre = pair("source.center_x", "source.center_y")?;
+    let source = light("source", &instrument, pair("source.e1", "source.e2")?, source_centre)?;
     let lens_light = light("lens_light", &instrument, shape, centre)?;
     let scene = Scene { mapping: &mapping, source: &source, lens_light: Some(&lens_light) };
     let grid = SkyGrid::new(PIXELS, instrument.pixel_scale_arcsec)?;
     let psf = psf(&instrument)?;
     let noise = StreamName { seed, realisation: 0, stage: Stage::NoiseImage };
-    let exposure = expose(&scene, grid, &instrument, &psf, PixelSampling::Point, noise);
+    let exposure = expose(&scene, grid, &instrument, &psf, PixelSampling::Point, noise, &Silent)?;
     let mut truths: Vec<(String, f64)> = TABLE_1
         .iter()
         .filter(|(name, _)| !name.contains("magnitude"))

@@ -18,7 +18,7 @@ use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, Observation};
 use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, Silent};
 use crate::numerics::random::{Stage, StreamName, stream};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -146,7 +146,7 @@ fn system(model: &CompiledModel, seed: u64, number: u64) -> Result<(Vec<f64>, Ob
     let grid = SkyGrid::new(PIXELS, camera.pixel_scale_arcsec)?;
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
     let noise = StreamName { seed, realisation: number, stage: Stage::NoiseImage };
-    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise);
+    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise, &Silent)?;
     let observation = Observation::of_camera(grid, exposure.noisy_e_s, &camera, psf);
     Ok((truths, observation, rng.random()))
 }

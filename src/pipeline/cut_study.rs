@@ -6,7 +6,7 @@ use crate::config::Config;
 use crate::error::Result;
 use crate::halo::passes_shear_cut;
 use crate::imaging::Psf;
-use crate::monitor::{Monitor, Silent};
+use crate::monitor::{Monitor, Uncounted};
 use crate::numerics::random::Stage;
 
 /// What is seen of one line of sight at one cut, and how it differs from the loosest.
@@ -30,7 +30,7 @@ impl CutRow {
 /// Looks through the haloes of one draw at every cut; the loosest comes last.
 ///
 /// # Errors
-/// As [`populate`] and [`View::through`].
+/// As [`populate`] and [`View::through`]; when cancelled.
 pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], monitor: &dyn Monitor) -> Result<Vec<CutRow>> {
     let mut cuts = cuts.to_vec();
     cuts.sort_by(|a, b| b.total_cmp(a));
@@ -43,9 +43,9 @@ pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], monitor: &dyn Monitor
     let mut rows = Vec::with_capacity(cuts.len());
     for min_point_shear in cuts {
         task.check()?;
-        let keep = passes_shear_cut(&haloes.catalogue, &config.cosmology, min_point_shear)?;
+        let keep = passes_shear_cut(&haloes.catalogue, min_point_shear)?;
         let sight = line_of_sight(&config, &haloes, &haloes.catalogue.select(&keep))?;
-        let view = View::through(&config, &sight, &shapes, psf, (0, Stage::NoiseImage), &Silent)?;
+        let view = View::through(&config, &sight, &shapes, psf, (0, Stage::NoiseImage), &Uncounted(monitor))?;
         task.advance(1);
         rows.push(CutRow { min_point_shear, view, image_over_noise: Vec::new() });
     }

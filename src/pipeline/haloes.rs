@@ -50,7 +50,7 @@ pub struct MassFunctionCurve {
 /// Draws the haloes of `config`, or takes the `imported` ones.
 ///
 /// # Errors
-/// When a relation does not cover what is asked of it, or the cut is asked for without masses.
+/// When a relation does not cover what is asked of it, or the cut is asked for without masses; when cancelled.
 pub fn populate(
     config: &Config,
     imported: Option<HaloCatalogue>,
@@ -112,7 +112,7 @@ fn cut_imported(config: &Config, catalogue: HaloCatalogue) -> Result<HaloCatalog
     if !config.haloes.cut_imported {
         return Ok(catalogue);
     }
-    let keep = passes_shear_cut(&catalogue, &config.cosmology, config.haloes.min_point_shear)?;
+    let keep = passes_shear_cut(&catalogue, config.haloes.min_point_shear)?;
     Ok(catalogue.select(&keep))
 }
 
@@ -132,21 +132,21 @@ fn draw(
             "at most {EXPECTED_NUMBER_MAX:e}; raise haloes.min_point_shear or mass_min_msun, or lower radius_cmpc"
         ),
     )?;
+    let (name, units) = match config.haloes.draw {
+        Draw::Direct => ("draw the haloes that pass the cut", expected),
+        Draw::BruteForce => ("draw all haloes", population.expected_number_drawn()),
+    };
+    let task = monitor.task(name, Some(units as u64));
     let (drawn, number_drawn) = match config.haloes.draw {
-        Draw::Direct => {
-            monitor.begin("draw the haloes that pass the cut", None);
-            (draw_direct(population, config.seed, realisation), None)
-        }
+        Draw::Direct => (draw_direct(population, config.seed, realisation, monitor)?, None),
         Draw::BruteForce => {
-            monitor.begin("draw all haloes", Some(population.expected_number_drawn() as u64));
-            let drawn = draw_brute_force(population, config.seed, realisation, |n| monitor.advance(n));
+            let drawn = draw_brute_force(population, config.seed, realisation, monitor)?;
             let number = drawn.number_drawn;
             (drawn, Some(number))
         }
     };
-    let catalogue = to_catalogue(config, linear, drawn, realisation)?;
-    monitor.end();
-    Ok((catalogue, number_drawn))
+    task.check()?;
+    Ok((to_catalogue(config, linear, drawn, realisation)?, number_drawn))
 }
 
 /// Redshifts, angles and concentrations of drawn haloes.

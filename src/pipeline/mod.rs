@@ -10,7 +10,6 @@ mod relations;
 mod simulate;
 mod summary;
 mod tidal_study;
-mod tracked;
 mod view;
 mod view_fits;
 
@@ -26,7 +25,6 @@ pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-pub use tracked::Tracked;
 pub use view::{
     LensAndSource, View, critical_curves, line_of_sight, main_lens, maps, source_centre, to_accuracy,
 };

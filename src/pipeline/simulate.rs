@@ -44,7 +44,7 @@ pub struct Simulation {
 /// Runs the whole chain for realisation `realisation` of the configured seed.
 ///
 /// # Errors
-/// Only for input that the configuration could not check by itself (an imported catalogue, say).
+/// For input that the configuration could not check by itself (an imported catalogue, say); when cancelled.
 pub fn simulate(
     config: &Config,
     inputs: Inputs,
@@ -60,7 +60,6 @@ pub fn simulate(
 
     let shapes = LensAndSource::resolve(config, realisation);
     let view = |name: &str, sight, stage| {
-        monitor.check()?;
         let _task = monitor.task(name, None);
         View::through(config, sight, &shapes, &inputs.psf, (realisation, stage), monitor)
     };
@@ -69,7 +68,7 @@ pub fn simulate(
     let tidal_sight = line_of_sight(config, &haloes, &in_tidal_regime)?;
     let tidal = view("image through tidal haloes", &tidal_sight, Stage::NoiseTidalHaloes)?;
 
-    let (maps, of_maps) = maps(config, &sight, monitor);
+    let (maps, of_maps) = maps(config, &sight, monitor)?;
     let accuracy = all.accuracy.and(&tidal.accuracy).and(&of_maps);
     Ok(Simulation { config: config.clone(), haloes, halo_tidal, shapes, all, tidal, maps, accuracy })
 }

@@ -9,7 +9,7 @@ use crate::imaging::{Psf, Scene, SkyGrid, expose};
 use crate::mapping::multiplane::MainLens;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
 use crate::mapping::{Mapping, Order};
-use crate::monitor::{Monitor, Silent};
+use crate::monitor::{Monitor, Uncounted};
 use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -64,9 +64,14 @@ const INNER_RADIUS_OVER_EINSTEIN_RADIUS: f64 = 0.4;
 /// Δ_h at or above the threshold.
 ///
 /// # Errors
-/// As [`populate`] and the profile of the lens.
-pub fn tidal_residual(config: &Config, sightline: u64, tidal_only: bool) -> Result<TidalResidual> {
-    let mut haloes = populate(config, None, sightline, &Silent)?;
+/// As [`populate`] and the profile of the lens; when cancelled.
+pub fn tidal_residual(
+    config: &Config,
+    sightline: u64,
+    tidal_only: bool,
+    monitor: &dyn Monitor,
+) -> Result<TidalResidual> {
+    let mut haloes = populate(config, None, sightline, monitor)?;
     if tidal_only {
         let within = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?
             .within(config.diagnostics.delta_threshold);
@@ -80,7 +85,7 @@ pub fn tidal_residual(config: &Config, sightline: u64, tidal_only: bool) -> Resu
     let main_lens = MainLens { z: z_lens, profile: MassModel::Epl(lens(lens_centre)?) };
     let theta = config.maps.theta_arcsec();
     let whole = sight.through_lens(&main_lens)?;
-    let traced = whole.map(&theta, Order::Position).beta_arcsec;
+    let traced = whole.trace(&theta, Order::Position, monitor)?.beta_arcsec;
     let effective = EffectiveLineOfSight::of(&sight, z_lens)?;
     let model_lens = MassModel::Epl(lens([0.0, 0.0])?);
     let through =
@@ -98,7 +103,7 @@ pub fn tidal_residual(config: &Config, sightline: u64, tidal_only: bool) -> Resu
             .collect()
     };
     let (tidal, flexion) = (through(effective.tidal_model()), through(effective.flexion_model()));
-    let image = image_residual(config, (&whole, source_centre), [&tidal, &flexion])?;
+    let image = image_residual(config, (&whole, source_centre), [&tidal, &flexion], monitor)?;
     Ok(TidalResidual {
         sightline,
         number_of_haloes: sight.len(),
@@ -115,6 +120,7 @@ fn image_residual(
     config: &Config,
     (traced, source_centre): (&dyn Mapping, [f64; 2]),
     models: [&dyn Mapping; 2],
+    monitor: &dyn Monitor,
 ) -> Result<ImageResidual> {
     let instrument = &config.instrument;
     let grid = SkyGrid::new(config.image.pixels, instrument.pixel_scale_arcsec)?;
@@ -126,7 +132,8 @@ fn image_residual(
         let source = Sersic::with_flux(flux, radius, own.sersic_index, [0.0; 2], centre)?;
         let scene = Scene { mapping, source: &source, lens_light: None };
         let noise = StreamName { seed: config.seed, realisation: 0, stage: Stage::NoiseImage };
-        Ok(expose(&scene, grid, instrument, &psf, config.image.pixel_sampling, noise).noise_free_e_s)
+        Ok(expose(&scene, grid, instrument, &psf, config.image.pixel_sampling, noise, monitor)?
+            .noise_free_e_s)
     };
     let traced_e_s = image(traced, source_centre)?;
     let over_noise = |model: &dyn Mapping| -> Result<Vec<f64>> {
@@ -151,13 +158,12 @@ pub fn tidal_study(
     monitor: &dyn Monitor,
 ) -> Result<Vec<TidalResidual>> {
     let task = monitor.task("tidal and flexion residuals", Some(n));
-    let residual = |sightline| {
-        task.check()?;
-        let row = tidal_residual(config, sightline, tidal_only);
+    let row = |sightline| {
+        let row = tidal_residual(config, sightline, tidal_only, &Uncounted(monitor));
         task.advance(1);
         row
     };
-    (0..n).map(residual).collect()
+    (0..n).map(row).collect()
 }
 
 /// Root mean square of the numbers among `values`.

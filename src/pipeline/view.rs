@@ -3,7 +3,6 @@
 use rand::RngExt;
 
 use super::haloes::Haloes;
-use super::tracked::Tracked;
 use crate::config::{Config, LightConfig, SheetModel};
 use crate::diagnostics::{
     CriticalCurves, EffectiveLineOfSight, ShearVariation, SkyWindow, TidalMaps, total_variation,
@@ -80,40 +79,42 @@ pub fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue
         SheetModel::None => Sheets::None,
         SheetModel::MeanDensity => Sheets::Expected(mean_density_sheets(&haloes.population, catalogue)?),
     };
-    LineOfSight::new(catalogue, config.cosmology, &sheets)
+    LineOfSight::new(catalogue, &sheets)
 }
 
 /// A segment that is traced as accurately as configured, for about `rays` rays out to `half_width_arcsec`.
-pub fn to_accuracy<'a>(
+pub fn to_accuracy(
     config: &Config,
-    segment: &Segment<'a>,
+    segment: &Segment,
     half_width_arcsec: f64,
     rays: usize,
-) -> AdaptiveSegment<'a> {
+) -> AdaptiveSegment {
     let field = Field { centre_arcsec: [0.0; 2], half_arcsec: [half_width_arcsec; 2] };
     segment.adaptive(config.line_of_sight.accuracy_arcsec, Some(field), rays)
 }
 
 /// Maps of all haloes on the grid of the configuration, main lens excluded, and how accurately they were traced.
+///
+/// # Errors
+/// When cancelled.
 pub fn maps(
     config: &Config,
     line_of_sight: &LineOfSight,
     monitor: &dyn Monitor,
-) -> (TidalMaps, AccuracyReport) {
+) -> Result<(TidalMaps, AccuracyReport)> {
     let (half, rays) = (config.maps.half_width_arcsec, config.maps.points * config.maps.points);
     let exact = line_of_sight.observer_to_source();
     let mapping = to_accuracy(config, &exact, half, rays);
-    monitor.begin("maps of the distortions", Some(rays as u64));
-    let maps = TidalMaps::of(&Tracked { mapping: &mapping, monitor }, config.maps);
-    monitor.end();
-    (maps, mapping.report())
+    let _task = monitor.task("maps of the distortions", Some(rays as u64));
+    let maps = TidalMaps::of(&mapping, config.maps, monitor)?;
+    Ok((maps, mapping.report()))
 }
 
 impl View {
     /// Looks through `line_of_sight` at the lens and source of the configuration.
     ///
     /// # Errors
-    /// When lens or source cannot be built from the configuration.
+    /// When lens or source cannot be built from the configuration; when cancelled.
     pub fn through(
         config: &Config,
         line_of_sight: &LineOfSight,
@@ -132,11 +133,10 @@ impl View {
         let exact = line_of_sight.through_lens(&lens)?;
         let rays = config.image.pixels * config.image.pixels;
         let whole = to_accuracy(config, &exact, grid.half_width_arcsec(), rays);
-        let tracked = Tracked { mapping: &whole, monitor };
-        let scene = Scene { mapping: &tracked, source: &source, lens_light: lens_light.as_ref() };
+        let scene = Scene { mapping: &whole, source: &source, lens_light: lens_light.as_ref() };
         let sampling = config.image.pixel_sampling;
         let noise = StreamName { seed: config.seed, realisation: noise.0, stage: noise.1 };
-        let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise);
+        let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise, monitor)?;
         Ok(Self {
             number_of_haloes: line_of_sight.len(),
             effective: EffectiveLineOfSight::of(line_of_sight, z_lens)?,
@@ -151,7 +151,7 @@ impl View {
             curves: config
                 .diagnostics
                 .critical_curves
-                .then(|| critical_curves(&exact, grid.half_width_arcsec()))
+                .then(|| critical_curves(&exact, grid.half_width_arcsec(), monitor))
                 .transpose()?,
         })
     }
@@ -185,12 +185,16 @@ pub fn main_lens(config: &Config, shapes: &LensAndSource, line_of_sight: &LineOf
 /// Critical curves and caustics of a lens seen on the axis, out to `half_width_arcsec`.
 ///
 /// # Errors
-/// A half width that is not positive and finite.
-pub fn critical_curves(mapping: &impl Mapping, half_width_arcsec: f64) -> Result<CriticalCurves> {
+/// A half width that is not positive and finite; when cancelled.
+pub fn critical_curves(
+    mapping: &impl Mapping,
+    half_width_arcsec: f64,
+    monitor: &dyn Monitor,
+) -> Result<CriticalCurves> {
     /// Of the first grid there are four times as many a side.
     const CELLS: usize = 24;
     let window = SkyWindow { cells: CELLS, ..SkyWindow::about_axis(half_width_arcsec, vec![[0.0; 2]])? };
-    Ok(CriticalCurves::of(mapping, &window))
+    CriticalCurves::of(mapping, &window, monitor)
 }
 
 fn light(

@@ -40,7 +40,7 @@ fn lines(haloes: &HaloCatalogue, cases: &[Case], repeats: usize) {
             let theta = grid(*side, 3.6);
             let (elapsed, report) = pools[i].install(|| {
                 let start = Instant::now();
-                let sight = LineOfSight::new(haloes, Background::paper(), &Sheets::OnAxis).unwrap();
+                let sight = LineOfSight::new(haloes, &Sheets::OnAxis).unwrap();
                 let field = Field::around(&theta);
                 let mapping = sight.observer_to_source().adaptive(*accuracy, field, theta.len());
                 std::hint::black_box(mapping.map(&theta, ORDERS[*order]));

@@ -17,14 +17,14 @@ fn main() {
 fn brute_force_draw_and_cut(bencher: Bencher, threads: usize) {
     let population = cone::haloes(&cone::config()).population;
     let pool = cone::pool(threads);
-    bencher.bench_local(|| pool.install(|| draw_brute_force(&population, 1, 0, |_| ())));
+    bencher.bench_local(|| pool.install(|| draw_brute_force(&population, 1, 0, &Silent).unwrap()));
 }
 
 #[divan::bench(args = [1, 2], sample_count = 30, sample_size = 1)]
 fn direct_draw(bencher: Bencher, threads: usize) {
     let population = cone::haloes(&cone::config()).population;
     let pool = cone::pool(threads);
-    bencher.bench_local(|| pool.install(|| draw_direct(&population, 1, 0)));
+    bencher.bench_local(|| pool.install(|| draw_direct(&population, 1, 0, &Silent).unwrap()));
 }
 
 /// σ(M), mass function, direct draw, redshifts, concentrations, angles.

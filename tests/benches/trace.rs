@@ -68,7 +68,7 @@ fn trace_million(bencher: Bencher, order: Order, x_arcsec: f64, r_s_arcsec: f64)
     let background = Background::paper();
     let haloes = HaloCatalogue::new(1.5, &background, z, [column(x_arcsec), column(0.0)], masses)
         .expect("these haloes are in the domain");
-    let sight = LineOfSight::new(&haloes, background, &Sheets::OnAxis).expect("on-axis sheets always exist");
+    let sight = LineOfSight::new(&haloes, &Sheets::OnAxis).expect("on-axis sheets always exist");
     // A golden-angle spiral: every tile of rays spans the whole disc.
     let rays: Vec<[f64; 2]> = (0..RAYS)
         .map(|i| {

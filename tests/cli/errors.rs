@@ -131,7 +131,7 @@ fn haloes_outside_their_domain_are_refused_with_line_and_column() {
     let angles = |row: &str| format!("{HALOES}{row}\n");
     let masses = |row: &str| format!("# mine\n{HEAVY}{row}\n");
     let cases: [(String, &[&str]); 13] = [
-        (angles("1.5,1,2,3,0.1"), &["line 3, column z: 1.5", "above 0 and below z_source = 1.5"]),
+        (angles("1.5,1,2,3,0.1"), &["line 3, column z: 1.5", "above 0 and below 1.5 (z_source)"]),
         (angles("0,1,2,3,0.1"), &["line 3, column z: 0", "above 0"]),
         (angles("-0.1,1,2,3,0.1"), &["line 3, column z: -0.1", "above 0"]),
         (angles("0.5,1,2,-3,0.1"), &["line 3, column r_s_arcsec: -3", "positive"]),

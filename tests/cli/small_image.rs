@@ -3,6 +3,7 @@
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
 use haloray::io::{ExposureKeywords, ImageFile};
 use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+use haloray::monitor::Silent;
 use haloray::numerics::random::{Stage, StreamName};
 use haloray::profile::light::Sersic;
 use haloray::profile::mass::{Epl, MassModel};
@@ -46,7 +47,7 @@ pub fn image(gamma_los: [f64; 2], number: u64) -> ImageFile {
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)
         .unwrap();
     let noise = StreamName { seed: 1, realisation: number, stage: Stage::NoiseImage };
-    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise);
+    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise, &Silent).unwrap();
     ImageFile {
         data: exposure.noisy_e_s,
         nx: SIDE,

@@ -31,9 +31,6 @@ const KNOWN: &[(&str, &str)] = &[
     ("inference/sample/valley/mod.rs", "inference/sample/valley/chain_block.rs"),
     ("inference/sample/valley/mod.rs", "inference/sample/valley/slow_directions.rs"),
     ("inference/sample/valley/position.rs", "inference/sample/valley/importance.rs"),
-    ("mapping/multiplane/adaptive/survey.rs", "mapping/multiplane/adaptive/tile.rs"),
-    ("mapping/multiplane/segment.rs", "mapping/multiplane/line_of_sight.rs"),
-    ("numerics/elementary.rs", "numerics/real.rs"),
 ];
 
 fn library() -> Arrows {

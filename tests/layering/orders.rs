@@ -13,7 +13,7 @@ pub struct Order {
 /// The rooms, as in docs/ARCHITECTURE.md, and the parts of those rooms that have an order of their own.
 ///
 /// A folder inside such a room must be named; a file there may be, and is held by the rule on circles otherwise.
-pub const ORDERS: [Order; 7] = [
+pub const ORDERS: [Order; 8] = [
     Order {
         folder: "",
         parts: &[
@@ -36,7 +36,22 @@ pub const ORDERS: [Order; 7] = [
             "report",
         ],
     },
-    Order { folder: "mapping", parts: &["multiplane", "tidal"] },
+    Order { folder: "mapping", parts: &["centre", "multiplane", "tidal"] },
+    Order {
+        folder: "mapping/multiplane",
+        parts: &[
+            "plane",
+            "kick",
+            "delay",
+            "recursion",
+            "span",
+            "segment",
+            "line_of_sight",
+            "general",
+            "centres",
+            "adaptive",
+        ],
+    },
     Order {
         folder: "inference",
         parts: &["parameter", "model", "likelihood", "optimise", "sample", "diagnose", "run", "fit"],

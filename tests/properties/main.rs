@@ -15,4 +15,4 @@ mod population;
 mod sampler_errors;
 mod samplers;
 mod tensors;
-mod tracked;
+mod watched;

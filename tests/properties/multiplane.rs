@@ -2,7 +2,6 @@
 
 use crate::any_cone::{any_cone, any_halo, cases};
 use crate::cone::{Halo, Z_SOURCE, catalogue};
-use haloray::cosmology::Background;
 use haloray::diagnostics::HaloTidal;
 use haloray::halo::HaloCatalogue;
 use haloray::mapping::multiplane::{LineOfSight, Sheets};
@@ -16,7 +15,7 @@ const ROUNDING: f64 = 1e-13;
 const SECOND_ROUNDING_PER_ARCSEC: f64 = 1e-10;
 
 fn sight(haloes: &HaloCatalogue, sheets: &Sheets) -> LineOfSight {
-    LineOfSight::new(haloes, Background::paper(), sheets).unwrap()
+    LineOfSight::new(haloes, sheets).unwrap()
 }
 
 fn trace(haloes: &[Halo], sheets: &Sheets, theta: &[[f64; 2]]) -> RayBundle {
@@ -173,7 +172,7 @@ proptest! {
         let [beta, _, _] = gaps(&trace(&Sheets::OnAxis), &trace(&Sheets::None));
         prop_assert!(beta > ROUNDING, "sheets do nothing: {beta:e}");
         let too_few = Sheets::Expected(kappa[1..].to_vec());
-        prop_assert!(LineOfSight::new(&catalogue(&haloes), Background::paper(), &too_few).is_err());
+        prop_assert!(LineOfSight::new(&catalogue(&haloes), &too_few).is_err());
     }
 }
 

@@ -17,7 +17,7 @@ const FERMAT_TOLERANCE: f64 = 1e-8;
 const Z_LENS: f64 = 0.5;
 
 fn sight(haloes: &[Halo]) -> LineOfSight {
-    LineOfSight::new(&catalogue(haloes), Background::paper(), &Sheets::OnAxis).unwrap()
+    LineOfSight::new(&catalogue(haloes), &Sheets::OnAxis).unwrap()
 }
 
 fn effective(haloes: &[Halo]) -> EffectiveLineOfSight {

@@ -3,9 +3,9 @@
 use crate::cone::{Halo, catalogue};
 use crate::differences::Differences;
 use crate::oracle_table::Reference;
-use haloray::cosmology::Background;
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, integrate_pixels};
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
+use haloray::monitor::Silent;
 use haloray::profile::light::Sersic;
 use haloray::profile::mass::{Epl, MassModel};
 
@@ -17,7 +17,7 @@ fn render(sampling: PixelSampling) -> Vec<f64> {
         Halo { z: 0.8, centre: [-0.7, 1.2], r_s: 0.3, alpha_rs: 0.006 },
         Halo { z: 0.3, centre: [1.1, -0.9], r_s: 0.4, alpha_rs: 0.01 },
     ]);
-    let sight = LineOfSight::new(&haloes, Background::paper(), &Sheets::None).unwrap();
+    let sight = LineOfSight::new(&haloes, &Sheets::None).unwrap();
     let profile = MassModel::Epl(Epl::new(1.5, 2.6, [0.08, -0.05], [0.03, -0.02]).unwrap());
     let lens = MainLens { z: 0.5, profile };
     let mapping = sight.through_lens(&lens).unwrap();
@@ -25,7 +25,7 @@ fn render(sampling: PixelSampling) -> Vec<f64> {
     let source = Sersic::with_flux(camera.flux_e_s(23.0), 0.3, 6.0, [0.1, -0.05], [0.043, 0.071]).unwrap();
     let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
     let grid = SkyGrid::new(64, camera.pixel_scale_arcsec).unwrap();
-    let flux = integrate_pixels(&scene, &grid, sampling, 1e-4);
+    let flux = integrate_pixels(&scene, &grid, sampling, 1e-4, &Silent).unwrap();
     let (width, cut) = (camera.psf_fwhm_arcsec, camera.psf_truncation_sigma);
     Psf::gaussian(width, cut, camera.pixel_scale_arcsec).unwrap().convolve(&flux, 64)
 }

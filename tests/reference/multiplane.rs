@@ -3,7 +3,6 @@
 use crate::cone::{Halo, catalogue};
 use crate::differences::{Differences, scaled_difference};
 use crate::oracle_table::Reference;
-use haloray::cosmology::Background;
 use haloray::halo::HaloCatalogue;
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
 use haloray::mapping::{Mapping, Order};
@@ -35,7 +34,7 @@ fn cone() -> HaloCatalogue {
 }
 
 fn line_of_sight(haloes: &HaloCatalogue) -> LineOfSight {
-    LineOfSight::new(haloes, Background::paper(), &Sheets::OnAxis).unwrap()
+    LineOfSight::new(haloes, &Sheets::OnAxis).unwrap()
 }
 
 fn main_lens() -> MainLens {

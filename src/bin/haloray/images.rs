@@ -63,7 +63,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         }
         Some(Output::Folder(staging)) => {
             staging.write("images.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
-            let curves = CriticalCurves::of(mapping, &window);
+            let curves = CriticalCurves::of(mapping, &window, bars)?;
             let vertices = curve_table(&curves)?;
             staging.write("curves.csv", |path| vertices.write(path, RAYS_GROUP, &provenance))?;
             let figure = curve_figure(&curves, &found, source, args.half_width_arcsec);

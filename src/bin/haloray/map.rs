@@ -45,11 +45,11 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
 
     let haloes = pipeline::populate(&config, imported, 0, bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
-    let (maps, accuracy) = pipeline::maps(&config, &sight, bars);
+    let (maps, accuracy) = pipeline::maps(&config, &sight, bars)?;
     let curves = config.diagnostics.critical_curves.then(|| {
         bars.stage("critical curves", || {
             let lens = main_lens(&config, &LensAndSource::resolve(&config, 0), &sight)?;
-            critical_curves(&sight.through_lens(&lens)?, config.maps.half_width_arcsec)
+            critical_curves(&sight.through_lens(&lens)?, config.maps.half_width_arcsec, bars)
         })
     });
     let curves = curves.transpose()?;

@@ -9,7 +9,6 @@ use haloray::io::{Column, Provenance, RAYS_GROUP, Table, ray_table, read_haloes,
 use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Segment, Sheets};
 use haloray::mapping::{Mapping, Order};
 use haloray::monitor::Monitor;
-use haloray::pipeline::Tracked;
 
 use crate::bars::Bars;
 use crate::settings::{Cosmology, check_not_an_input, of_option};
@@ -79,18 +78,15 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         SheetArg::OnAxis => Sheets::OnAxis,
         SheetArg::None => Sheets::None,
     };
-    let sight = LineOfSight::new(&haloes, background, &sheets)?;
+    let sight = LineOfSight::new(&haloes, &sheets)?;
     let segment = segment(args, &sight)?;
     let order = [Order::Position, Order::Jacobian, Order::SecondDerivatives][args.order as usize];
-    bars.begin("trace rays", Some(points.theta_arcsec.len() as u64));
+    let monitor: &dyn Monitor = bars;
+    let task = monitor.task("trace rays", Some(points.theta_arcsec.len() as u64));
     let field = Field::around(&points.theta_arcsec);
     let mapping = segment.adaptive(args.accuracy, field, points.theta_arcsec.len());
-    let rays = if mapping.is_adaptive() {
-        mapping.map(&points.theta_arcsec, order)
-    } else {
-        Tracked { mapping: &mapping, monitor: bars }.map(&points.theta_arcsec, order)
-    };
-    bars.end();
+    let rays = mapping.trace(&points.theta_arcsec, order, monitor)?;
+    drop(task);
     let mut table = ray_table(&points, &rays)?;
     if args.delay {
         let delays = bars.stage("arrival times", || segment.delay_days(&points.theta_arcsec));
@@ -116,7 +112,7 @@ fn check_redshifts(args: &Args) -> Result<()> {
     of_option(Domain::inside(0.0, end), "--from-z", from, &allowed)
 }
 
-fn segment<'a>(args: &Args, sight: &'a LineOfSight) -> Result<Segment<'a>> {
+fn segment(args: &Args, sight: &LineOfSight) -> Result<Segment> {
     match (args.from_z, args.to_z) {
         (None, None) => Ok(sight.observer_to_source()),
         (None, Some(to)) => sight.observer_to(to),

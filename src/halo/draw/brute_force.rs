@@ -4,26 +4,32 @@ use rand::RngExt;
 use rayon::prelude::*;
 
 use super::{DrawnHaloes, poisson};
+use crate::error::Result;
 use crate::halo::nfw_parameters::NfwScaling;
 use crate::halo::population::{Population, SLABS};
+use crate::monitor::Monitor;
 use crate::numerics::random::{Stage, stream};
 
 /// Draws all haloes of the cylinder (ten million in the paper's) and keeps those that pass the cut.
 ///
 /// Slabs are independent streams and only kept haloes are stored, so memory stays at a few MB and the result
-/// does not depend on the number of threads. `progress` is called with the haloes drawn in each finished slab.
+/// does not depend on the number of threads. `monitor` is told of every halo drawn.
+///
+/// # Errors
+/// When `monitor` cancels.
 pub fn draw_brute_force(
     population: &Population,
     seed: u64,
     realisation: u64,
-    progress: impl Fn(u64) + Sync,
-) -> DrawnHaloes {
+    monitor: &dyn Monitor,
+) -> Result<DrawnHaloes> {
     let scaling = NfwScaling::new(population.background(), population.z_source());
     let radius_squared = population.limits().radius_cmpc.powi(2);
     let volume = std::f64::consts::PI * radius_squared * population.slab_cmpc();
-    let slabs = (0..SLABS)
+    let slabs: Result<Vec<DrawnHaloes>> = (0..SLABS)
         .into_par_iter()
         .map(|i| {
+            monitor.check()?;
             let mut rng = stream(seed, realisation, Stage::BruteForceDraw, i as u64);
             let table = population.table(i);
             let number = poisson(&mut rng, table.number_per_cmpc3() * volume);
@@ -37,9 +43,9 @@ pub fn draw_brute_force(
                     slab.push(chi, r2, rng.random(), mass);
                 }
             }
-            progress(number);
-            slab
+            monitor.advance(number);
+            Ok(slab)
         })
         .collect();
-    DrawnHaloes::concatenate(slabs)
+    Ok(DrawnHaloes::concatenate(slabs?))
 }

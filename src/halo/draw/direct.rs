@@ -4,23 +4,34 @@ use rand::RngExt;
 use rayon::prelude::*;
 
 use super::{DrawnHaloes, draw_brute_force, poisson};
+use crate::error::Result;
 use crate::halo::nfw_parameters::NfwScaling;
 use crate::halo::population::{Population, SLABS};
+use crate::monitor::Monitor;
 use crate::numerics::random::{Stage, stream};
 
 /// Draws only haloes that pass the cut, density n(M)·π·min(R², r_E²(M, χ)/ε) in (χ, ln M).
 ///
 /// In a slab the process is drawn with the largest r_E² of the slab and thinned by the true one, which is exact.
-/// Without a cut every halo passes, and the draw is that of [`draw_brute_force`].
-pub fn draw_direct(population: &Population, seed: u64, realisation: u64) -> DrawnHaloes {
+/// Without a cut every halo passes, and the draw is that of [`draw_brute_force`]. `monitor` is told of every halo.
+///
+/// # Errors
+/// When `monitor` cancels.
+pub fn draw_direct(
+    population: &Population,
+    seed: u64,
+    realisation: u64,
+    monitor: &dyn Monitor,
+) -> Result<DrawnHaloes> {
     if population.limits().min_point_shear == 0.0 {
-        return draw_brute_force(population, seed, realisation, |_| ());
+        return draw_brute_force(population, seed, realisation, monitor);
     }
     let scaling = NfwScaling::new(population.background(), population.z_source());
     let radius_squared = population.limits().radius_cmpc.powi(2);
-    let slabs = (0..SLABS)
+    let slabs: Result<Vec<DrawnHaloes>> = (0..SLABS)
         .into_par_iter()
         .map(|i| {
+            monitor.check()?;
             let mut rng = stream(seed, realisation, Stage::DirectDraw, i as u64);
             let table = population.table(i);
             let envelope = envelope_squared_per_msun(population, &scaling, i);
@@ -37,10 +48,11 @@ pub fn draw_direct(population: &Population, seed: u64, realisation: u64) -> Draw
                     slab.number_drawn += 1;
                 }
             }
-            slab
+            monitor.advance(slab.number_drawn);
+            Ok(slab)
         })
         .collect();
-    DrawnHaloes::concatenate(slabs)
+    Ok(DrawnHaloes::concatenate(slabs?))
 }
 
 /// An upper bound of r_E²/(ε M) over slab `i`: the function of χ is smooth and concave up to one maximum.

@@ -4,6 +4,7 @@ use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 
 use super::observation::Observation;
+use crate::numerics::elementary::Elementary;
 use crate::numerics::real::{LANES, Lanes, Real};
 
 /// Variance of the background and that of one e⁻/s of signal, 1/exposure.

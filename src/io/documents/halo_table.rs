@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::cosmology::Background;
-use crate::error::{Result, TableKind, shortest};
+use crate::error::{Result, TableKind};
 use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
 use crate::io::containers::{Column, Provenance, Table, Values};
 
@@ -59,12 +59,12 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
     let theta = [column("theta_x_arcsec")?, column("theta_y_arcsec")?];
     let mut haloes =
         HaloCatalogue::new(z_source, background, column("z")?, theta, masses).map_err(|fault| {
-            let problem = format!("{} is not allowed; must be {}", shortest(fault.value), fault.allowed);
+            let problem = format!("{} is not allowed; must be {}", fault.value_or_missing(), fault.allowed);
             table.fault_in_row(fault.row, fault.column, problem)
         })?;
     haloes.r_trunc_arcsec = truncation_radii(&table)?;
     if by_angles && let (Some(m), Some(c)) = (&m200c_msun, &c200c) {
-        check_same_source(&table, &haloes, background, m, c)?;
+        check_same_source(&table, &haloes, m, c)?;
     }
     (haloes.m200c_msun, haloes.c200c) = (m200c_msun, c200c);
     for own in table.columns().iter().filter(|c| !KNOWN.iter().any(|k| k.eq_ignore_ascii_case(&c.name))) {
@@ -88,16 +88,13 @@ fn truncation_radii(table: &Table) -> Result<Option<Vec<f64>>> {
 }
 
 /// A table with angles and masses says twice what a halo does: refuse it when the two contradict each other.
-fn check_same_source(
-    table: &Table,
-    haloes: &HaloCatalogue,
-    background: &Background,
-    m200c_msun: &[f64],
-    c200c: &[f64],
-) -> Result<()> {
-    let scaling = NfwScaling::new(background, haloes.z_source());
+fn check_same_source(table: &Table, haloes: &HaloCatalogue, m200c_msun: &[f64], c200c: &[f64]) -> Result<()> {
+    let scaling = NfwScaling::new(haloes.background(), haloes.z_source());
     let mut ratios: Vec<f64> = (0..haloes.len())
-        .map(|i| haloes.alpha_rs_arcsec[i] / scaling.angles_arcsec(m200c_msun[i], c200c[i], haloes.z[i]).1)
+        .map(|i| {
+            haloes.alpha_rs_arcsec[i]
+                / scaling.angles_arcsec(m200c_msun[i], c200c[i], haloes.z[i], haloes.chi_cmpc[i]).1
+        })
         .collect();
     ratios.sort_by(f64::total_cmp);
     let median = ratios[ratios.len() / 2];
@@ -178,7 +175,7 @@ mod tests {
     fn faults_name_line_column_and_domain() {
         let head = "z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c\n0.5,1,2,1e12,8\n";
         for (row, wanted) in [
-            ("1.5,1,2,1e12,8", ["line 3, column z", "below z_source = 1.5"]),
+            ("1.5,1,2,1e12,8", ["line 3, column z", "below 1.5 (z_source)"]),
             ("0.5,1,2,-1e12,8", ["line 3, column m200c_msun", "no negative mass"]),
             ("0.5,NaN,2,1e12,8", ["line 3, column theta_x_arcsec", "finite"]),
             ("0.5,abc,2,1e12,8", ["line 3, column theta_x_arcsec", "not a number"]),

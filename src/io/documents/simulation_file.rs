@@ -17,7 +17,7 @@ use crate::pipeline::{Haloes, Quantities, Simulation, Summary, View};
 /// [`crate::Error::Write`] when the disk is full.
 pub fn write_simulation(run: &Simulation, path: &Path, provenance: &Provenance) -> Result<()> {
     let file = RunFile::create(path, provenance)?;
-    write_haloes(&file, &run.config, &run.haloes, &run.halo_tidal)?;
+    write_haloes(&file, &run.haloes, &run.halo_tidal)?;
     write_mass_function(&file, run)?;
     write_distances(&file, &run.config)?;
     write_maps(&file, "maps", &run.maps)?;
@@ -43,15 +43,14 @@ fn write_columns(file: &RunFile, group: &str, columns: &[Column]) -> Result<()> 
     Ok(())
 }
 
-fn write_haloes(file: &RunFile, config: &Config, haloes: &Haloes, tidal: &HaloTidal) -> Result<()> {
+fn write_haloes(file: &RunFile, haloes: &Haloes, tidal: &HaloTidal) -> Result<()> {
     let per_arcsec = Some("arcsec^-1");
     let part = |values: &[nalgebra::Complex<f64>], real: bool| -> Vec<f64> {
         values.iter().map(|v| if real { v.re } else { v.im }).collect()
     };
-    let chi = haloes.catalogue.z.iter().map(|&z| config.cosmology.comoving_distance_mpc(z)).collect();
     let mut columns = halo_columns(&haloes.catalogue);
     let results = [
-        Column::f64("chi_cmpc", Some("Mpc"), chi),
+        Column::f64("chi_cmpc", Some("Mpc"), haloes.catalogue.chi_cmpc.clone()),
         Column::f64("kappa_h", None, tidal.kappa.clone()),
         Column::f64("gamma1_h", None, part(&tidal.gamma, true)),
         Column::f64("gamma2_h", None, part(&tidal.gamma, false)),

@@ -1,13 +1,8 @@
 //! Where on the sky the centres of lenses in planes are seen.
 
 use super::general::GeneralMultiPlane;
-use super::recursion::Tile;
-use crate::profile::mass::MassModel;
-
-/// Iterations of θ ← θ + c − x(θ)/χ.
-const ITERATIONS: usize = 60;
-/// Distance from the centre that counts as reached, arcsec.
-const REACHED_ARCSEC: f64 = 1e-12;
+use super::recursion::RayBlock;
+use crate::mapping::centre::direction_of;
 
 impl GeneralMultiPlane {
     /// Directions in which rays meet the centre of a lens, one a lens where the planes in front deflect weakly.
@@ -17,34 +12,19 @@ impl GeneralMultiPlane {
         let with_centre = |i: usize| self.planes[i].profile.centre_arcsec().map(|centre| (i, centre));
         (0..self.planes.len())
             .filter_map(with_centre)
-            .filter_map(|(i, centre)| self.direction_of(i, centre))
+            .filter_map(|(i, centre)| direction_of(centre, |theta| self.position_at(i, theta)))
             .collect()
-    }
-
-    fn direction_of(&self, plane: usize, centre: [f64; 2]) -> Option<[f64; 2]> {
-        let mut theta = centre;
-        for _ in 0..ITERATIONS {
-            let at = self.position_at(plane, theta);
-            let left = [centre[0] - at[0], centre[1] - at[1]];
-            if left[0].hypot(left[1]) <= REACHED_ARCSEC {
-                return Some(theta);
-            }
-            theta = [theta[0] + left[0], theta[1] + left[1]];
-        }
-        None
     }
 
     /// Where a ray meets plane number `plane`, arcsec from the axis.
     fn position_at(&self, plane: usize, theta: [f64; 2]) -> [f64; 2] {
-        let mut tile = Tile::start(0.0, [0.0; 2], [0.0; 2], &[theta]);
-        let end = &self.planes[plane];
-        for in_front in self.planes[..plane].iter().filter(|p| p.chi_cmpc < end.chi_cmpc) {
-            tile.advance::<0>(in_front.chi_cmpc);
-            let profile: &MassModel = &in_front.profile;
-            tile.kick_lens::<0>(profile, self.strength(in_front), 1);
+        let mut rays = RayBlock::start(0.0, [0.0; 2], [0.0; 2], &[theta]);
+        let chi_end = self.planes[plane].chi_cmpc;
+        for in_front in self.planes[..plane].iter().filter(|p| p.chi_cmpc < chi_end) {
+            rays.through_lens::<0>(in_front, 1);
         }
-        tile.advance::<0>(end.chi_cmpc);
-        tile.bundle::<0>(1, [0.0; 2], 1.0 / end.chi_cmpc).beta_arcsec[0]
+        rays.advance::<0>(chi_end);
+        rays.bundle::<0>(1, [0.0; 2], 1.0 / chi_end).beta_arcsec[0]
     }
 }
 
@@ -52,7 +32,7 @@ impl GeneralMultiPlane {
 mod tests {
     use super::*;
     use crate::cosmology::Background;
-    use crate::profile::mass::{External, PointMass};
+    use crate::profile::mass::{External, MassModel, PointMass};
 
     #[test]
     fn a_sheared_foreground_moves_the_centre() {

@@ -3,10 +3,12 @@
 use rayon::prelude::*;
 
 use super::delay::Ray;
-use super::recursion::{TILE, Tile};
+use super::plane::LensPlane;
+use super::recursion::{BLOCK, RayBlock};
 use crate::cosmology::Background;
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 use crate::mapping::{Mapping, Order, RayBundle};
+use crate::monitor::Monitor;
 use crate::profile::mass::MassModel;
 
 /// Mass profiles at redshifts of their own, deflections reduced to the source; for a few planes, not for thousands.
@@ -29,54 +31,45 @@ pub struct GeneralMultiPlane {
     pub(super) planes: Vec<LensPlane>,
 }
 
-#[derive(Debug, Clone)]
-pub(super) struct LensPlane {
-    pub(super) chi_cmpc: f64,
-    pub(super) profile: MassModel,
-}
-
 impl GeneralMultiPlane {
     /// Sorts profiles, each with its redshift, into planes.
     ///
     /// # Errors
     /// Unless 0 < z < z_source for every profile.
     pub fn new(background: &Background, z_source: f64, lenses: &[(f64, MassModel)]) -> Result<Self> {
-        require(z_source > 0.0, "z_source", z_source, "above 0")?;
-        let mut planes = Vec::with_capacity(lenses.len());
-        for (z, profile) in lenses.iter().cloned() {
-            let allowed = format!("above 0 and below z_source = {z_source}");
-            require(z > 0.0 && z < z_source, "redshift of a lens", z, &allowed)?;
-            planes.push(LensPlane { chi_cmpc: background.comoving_distance_mpc(z), profile });
-        }
-        planes.sort_by(|a, b| a.chi_cmpc.total_cmp(&b.chi_cmpc));
-        Ok(Self { chi_source_cmpc: background.comoving_distance_mpc(z_source), planes })
-    }
-
-    pub(super) fn strength(&self, plane: &LensPlane) -> f64 {
-        self.chi_source_cmpc / (self.chi_source_cmpc - plane.chi_cmpc)
-    }
-
-    fn map_order<const ORDER: usize>(&self, theta: &[[f64; 2]]) -> RayBundle {
-        let scale = 1.0 / self.chi_source_cmpc;
-        let trace = |theta: &[[f64; 2]]| {
-            let mut tile = Tile::start(0.0, [0.0; 2], [0.0; 2], theta);
-            for plane in &self.planes {
-                tile.advance::<ORDER>(plane.chi_cmpc);
-                tile.kick_lens::<ORDER>(&plane.profile, self.strength(plane), theta.len());
-            }
-            tile.advance::<ORDER>(self.chi_source_cmpc);
-            tile.bundle::<ORDER>(theta.len(), [0.0; 2], scale)
+        let chi_source_cmpc = background.comoving_distance_mpc(Domain::POSITIVE.check("z_source", z_source)?);
+        let in_front = Domain::inside(0.0, z_source);
+        let plane = |(z, profile): &(f64, MassModel)| {
+            let chi = background.comoving_distance_mpc(in_front.check("redshift of a lens", *z)?);
+            Ok(LensPlane::new(chi, chi_source_cmpc, profile.clone()))
         };
-        RayBundle::concatenate(theta.par_chunks(TILE).map(trace).collect())
+        let mut planes: Vec<LensPlane> = lenses.iter().map(plane).collect::<Result<_>>()?;
+        planes.sort_by(|a, b| a.chi_cmpc.total_cmp(&b.chi_cmpc));
+        Ok(Self { chi_source_cmpc, planes })
+    }
+
+    fn trace_order<const ORDER: usize>(
+        &self,
+        theta: &[[f64; 2]],
+        monitor: &dyn Monitor,
+    ) -> Result<RayBundle> {
+        RayBundle::in_blocks(theta, BLOCK, monitor, |theta| {
+            let mut rays = RayBlock::start(0.0, [0.0; 2], [0.0; 2], theta);
+            for plane in &self.planes {
+                rays.through_lens::<ORDER>(plane, theta.len());
+            }
+            rays.advance::<ORDER>(self.chi_source_cmpc);
+            rays.bundle::<ORDER>(theta.len(), [0.0; 2], 1.0 / self.chi_source_cmpc)
+        })
     }
 }
 
 impl Mapping for GeneralMultiPlane {
-    fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
+    fn trace(&self, theta_arcsec: &[[f64; 2]], order: Order, monitor: &dyn Monitor) -> Result<RayBundle> {
         match order {
-            Order::Position => self.map_order::<0>(theta_arcsec),
-            Order::Jacobian => self.map_order::<1>(theta_arcsec),
-            Order::SecondDerivatives => self.map_order::<2>(theta_arcsec),
+            Order::Position => self.trace_order::<0>(theta_arcsec, monitor),
+            Order::Jacobian => self.trace_order::<1>(theta_arcsec, monitor),
+            Order::SecondDerivatives => self.trace_order::<2>(theta_arcsec, monitor),
         }
     }
 
@@ -84,7 +77,7 @@ impl Mapping for GeneralMultiPlane {
         let delay = |&theta: &[f64; 2]| {
             let mut ray = Ray::start(0.0, [0.0; 2], theta);
             for plane in &self.planes {
-                ray.through_lens(plane.chi_cmpc, &plane.profile, self.strength(plane));
+                ray.through_lens(plane);
             }
             ray.delay_days_at(self.chi_source_cmpc)
         };
@@ -150,9 +143,6 @@ mod tests {
     fn planes_behind_the_source_are_refused() {
         let behind = [(1.5, lenses()[0].1.clone())];
         let error = GeneralMultiPlane::new(&Background::paper(), 1.5, &behind).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "redshift of a lens is 1.5, but must be above 0 and below z_source = 1.5"
-        );
+        assert_eq!(error.to_string(), "redshift of a lens is 1.5, but must be above 0 and below 1.5");
     }
 }

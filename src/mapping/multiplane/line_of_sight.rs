@@ -1,12 +1,17 @@
 //! The line of sight: haloes as sorted planes, ready to be traced between any two redshifts.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
-use super::plane::{Plane, Sheets, sorted_planes};
+use super::plane::{LensPlane, Plane, Sheets, sorted_planes};
+use super::recursion::{BLOCK, RayBlock};
 use super::segment::Segment;
 use crate::cosmology::Background;
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 use crate::halo::HaloCatalogue;
+use crate::mapping::{Order, RayBundle};
+use crate::monitor::Monitor;
 use crate::profile::mass::MassModel;
 
 /// All haloes between observer and source as lens planes, sorted once, each with its sheet.
@@ -14,8 +19,17 @@ use crate::profile::mass::MassModel;
 pub struct LineOfSight {
     background: Background,
     z_source: f64,
-    pub(super) chi_source_cmpc: f64,
-    pub(super) planes: Vec<Plane>,
+    chi_source_cmpc: f64,
+    planes: Arc<Vec<Plane>>,
+}
+
+/// Where rays meet a plane, and with which slopes they come, before anything in it deflects them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RaysAtPlane {
+    /// Comoving position x over arcsec, Mpc; the ray meets the plane in the direction x/χ.
+    pub x_cmpc_arcsec: Vec<[f64; 2]>,
+    /// Slope s = dx/dχ, arcsec.
+    pub slope_arcsec: Vec<[f64; 2]>,
 }
 
 /// The main lens, a plane of its own; its deflection is reduced to the source.
@@ -31,8 +45,8 @@ impl LineOfSight {
     /// Sorts the haloes into planes and gives each its sheet.
     ///
     /// # Errors
-    /// When an expected sheet is missing or the source lies at z ≤ 0; haloes were checked by the catalogue.
-    pub fn new(haloes: &HaloCatalogue, background: Background, sheets: &Sheets) -> Result<Self> {
+    /// When an expected sheet is missing; haloes were checked by the catalogue.
+    pub fn new(haloes: &HaloCatalogue, sheets: &Sheets) -> Result<Self> {
         if let Sheets::Expected(kappa) = sheets
             && kappa.len() != haloes.len()
         {
@@ -42,14 +56,13 @@ impl LineOfSight {
                 &format!("one a halo ({})", haloes.len()),
             ));
         }
-        let z_source = haloes.z_source();
+        let (background, z_source) = (*haloes.background(), haloes.z_source());
         let chi_source_cmpc = background.comoving_distance_mpc(z_source);
-        let chi: Vec<f64> = haloes.z.par_iter().map(|&z| background.comoving_distance_mpc(z)).collect();
         Ok(Self {
             background,
             z_source,
             chi_source_cmpc,
-            planes: sorted_planes(haloes, &chi, chi_source_cmpc, sheets),
+            planes: Arc::new(sorted_planes(haloes, chi_source_cmpc, sheets)),
         })
     }
 
@@ -64,23 +77,23 @@ impl LineOfSight {
     }
 
     /// Observer to source through the haloes alone (os).
-    pub fn observer_to_source(&self) -> Segment<'_> {
-        Segment::from_observer(self, self.chi_source_cmpc)
+    pub fn observer_to_source(&self) -> Segment {
+        Segment::from_observer(&self.planes, self.chi_source_cmpc)
     }
 
     /// Observer to redshift `z` through the haloes alone (od for z = z_d).
     ///
     /// # Errors
     /// When z is not between 0 and the source.
-    pub fn observer_to(&self, z: f64) -> Result<Segment<'_>> {
-        Ok(Segment::from_observer(self, self.distance(z)?))
+    pub fn observer_to(&self, z: f64) -> Result<Segment> {
+        Ok(Segment::from_observer(&self.planes, self.distance(z)?))
     }
 
     /// Redshift `z` to source, about the ray that the observer sees on the axis (ds for z = z_d).
     ///
     /// # Errors
     /// When z is not between 0 and the source.
-    pub fn to_source_from(&self, z: f64) -> Result<Segment<'_>> {
+    pub fn to_source_from(&self, z: f64) -> Result<Segment> {
         self.between(z, self.z_source)
     }
 
@@ -88,9 +101,9 @@ impl LineOfSight {
     ///
     /// # Errors
     /// Unless 0 < z_near < z_far ≤ z_source.
-    pub fn between(&self, z_near: f64, z_far: f64) -> Result<Segment<'_>> {
-        require(z_far > z_near, "the far redshift", z_far, &format!("above the near redshift {z_near}"))?;
-        Ok(Segment::between(self, self.distance(z_near)?, self.distance(z_far)?))
+    pub fn between(&self, z_near: f64, z_far: f64) -> Result<Segment> {
+        Domain::above(z_near).check("the far redshift", z_far)?;
+        Ok(Segment::between(&self.planes, self.distance(z_near)?, self.distance(z_far)?))
     }
 
     /// ∂²β/∂θ_j∂σ_k of the axis ray, symmetrised, for a change σ of its slope at redshift `z`; per arcsec, as b_ijk.
@@ -113,21 +126,158 @@ impl LineOfSight {
     ///
     /// # Errors
     /// When the lens does not lie between observer and source.
-    pub fn through_lens<'a>(&'a self, lens: &'a MainLens) -> Result<Segment<'a>> {
-        require(lens.z < self.z_source, "z_lens", lens.z, &format!("below z_source = {}", self.z_source))?;
-        Ok(self.observer_to_source().with_lens(self.distance(lens.z)?, &lens.profile))
+    pub fn through_lens(&self, lens: &MainLens) -> Result<Segment> {
+        Domain::below(self.z_source).check("z_lens", lens.z)?;
+        let plane = LensPlane::new(self.distance(lens.z)?, self.chi_source_cmpc, lens.profile.clone());
+        Ok(self.observer_to_source().with_lens(plane))
+    }
+
+    /// Where rays of directions θ (arcsec) meet redshift `z`; `monitor` is told of every ray.
+    ///
+    /// # Errors
+    /// When z is not between 0 and the source; when cancelled.
+    pub fn rays_at(&self, z: f64, theta_arcsec: &[[f64; 2]], monitor: &dyn Monitor) -> Result<RaysAtPlane> {
+        let segment = self.observer_to(z)?;
+        let block = |theta: &[[f64; 2]]| {
+            monitor.check()?;
+            let rays = segment.to_end::<0>(theta);
+            monitor.advance(theta.len() as u64);
+            let each = 0..theta.len();
+            Ok((each.clone().map(|i| rays.position(i)).collect(), each.map(|i| rays.slope(i)).collect()))
+        };
+        let blocks: Result<(Vec<Vec<_>>, Vec<Vec<_>>)> = theta_arcsec.par_chunks(BLOCK).map(block).collect();
+        let (x, slope) = blocks?;
+        Ok(RaysAtPlane { x_cmpc_arcsec: x.concat(), slope_arcsec: slope.concat() })
+    }
+
+    /// On from redshift `z`, where a lens has changed the slopes, to β at the source through the haloes alone.
+    ///
+    /// Derivatives are with respect to the slope at `z`: ∂β_i/∂s_j and ∂²β_i/∂s_j∂s_k per arcsec, X = 0 and S = 1 there.
+    /// With rays of [`Self::rays_at`] whose slopes are lowered by f·α(x/χ) this is the mapping of
+    /// [`Self::through_lens`]. `monitor` is told of every ray.
+    ///
+    /// # Errors
+    /// When z is not between 0 and the source; when there are not as many slopes as positions; when cancelled.
+    pub fn onwards(
+        &self,
+        z: f64,
+        rays: &RaysAtPlane,
+        order: Order,
+        monitor: &dyn Monitor,
+    ) -> Result<RayBundle> {
+        let (x, slope) = (&rays.x_cmpc_arcsec, &rays.slope_arcsec);
+        if x.len() != slope.len() {
+            let allowed = format!("one a position ({})", x.len());
+            return Err(Error::out_of_range("number of slopes", slope.len(), &allowed));
+        }
+        let chi = self.distance(z)?;
+        match order {
+            Order::Position => self.onwards_from::<0>(chi, x, slope, monitor),
+            Order::Jacobian => self.onwards_from::<1>(chi, x, slope, monitor),
+            Order::SecondDerivatives => self.onwards_from::<2>(chi, x, slope, monitor),
+        }
+    }
+
+    fn onwards_from<const ORDER: usize>(
+        &self,
+        chi_cmpc: f64,
+        x: &[[f64; 2]],
+        slope: &[[f64; 2]],
+        monitor: &dyn Monitor,
+    ) -> Result<RayBundle> {
+        let farther = &self.planes[self.planes.partition_point(|p| p.chi_cmpc < chi_cmpc)..];
+        let block = |(x, slope): (&[[f64; 2]], &[[f64; 2]])| {
+            monitor.check()?;
+            let mut rays = RayBlock::from_points(chi_cmpc, x.len(), |i| x[i], |i| slope[i]);
+            rays.through::<ORDER>(farther);
+            rays.advance::<ORDER>(self.chi_source_cmpc);
+            monitor.advance(x.len() as u64);
+            Ok(rays.bundle::<ORDER>(x.len(), [0.0; 2], 1.0 / self.chi_source_cmpc))
+        };
+        let blocks: Result<Vec<_>> = x.par_chunks(BLOCK).zip(slope.par_chunks(BLOCK)).map(block).collect();
+        Ok(RayBundle::concatenate(blocks?))
     }
 
     fn distance(&self, z: f64) -> Result<f64> {
-        require(
-            z > 0.0 && z <= self.z_source,
-            "redshift on the line of sight",
-            z,
-            &format!("above 0 and at most z_source = {}", self.z_source),
-        )?;
+        Domain::above_to(0.0, self.z_source).check("redshift on the line of sight", z)?;
         if z == self.z_source {
             return Ok(self.chi_source_cmpc);
         }
         Ok(self.background.comoving_distance_mpc(z))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::halo::HaloMasses;
+    use crate::mapping::Mapping;
+    use crate::monitor::Silent;
+    use crate::profile::mass::{Epl, MassProfile};
+
+    const Z_LENS: f64 = 0.5;
+
+    fn sight() -> LineOfSight {
+        let masses = HaloMasses::Angles {
+            r_s_arcsec: vec![3.0, 0.4, 8.0, 1.0, 2.0],
+            alpha_rs_arcsec: vec![0.02, 0.03, 0.05, 0.01, 0.04],
+        };
+        let z = vec![0.9, 0.2, 0.5, 1.2, 0.4];
+        let theta = [vec![1.0, -2.0, 0.3, 5.0, -0.7], vec![0.5, 0.1, -3.0, 2.0, 0.9]];
+        let haloes = HaloCatalogue::new(1.5, &Background::paper(), z, theta, masses).unwrap();
+        LineOfSight::new(&haloes, &Sheets::OnAxis).unwrap()
+    }
+
+    #[test]
+    fn both_parts_with_a_kick_between_them_are_the_whole_mapping() {
+        let sight = sight();
+        let epl = Epl::new(1.3, 2.1, [0.1, -0.2], [0.05, 0.02]).unwrap();
+        let lens = MainLens { z: Z_LENS, profile: MassModel::Epl(epl) };
+        let theta: Vec<[f64; 2]> = (0..100)
+            .map(|i| [(f64::from(i) * 0.61).sin() * 2.0, (f64::from(i) * 0.37).cos() * 1.7])
+            .collect();
+        let mut rays = sight.rays_at(Z_LENS, &theta, &Silent).unwrap();
+        let f = sight.slope_per_reduced_deflection(Z_LENS).unwrap();
+        let chi = Background::paper().comoving_distance_mpc(Z_LENS);
+        for (x, slope) in rays.x_cmpc_arcsec.iter().zip(&mut rays.slope_arcsec) {
+            let alpha = lens.profile.deflection(x[0] / chi, x[1] / chi);
+            *slope = [slope[0] - f * alpha[0], slope[1] - f * alpha[1]];
+        }
+        let composed = sight.onwards(Z_LENS, &rays, Order::SecondDerivatives, &Silent).unwrap();
+        let whole = sight.through_lens(&lens).unwrap().map(&theta, Order::Position);
+        for (ours, whole) in composed.beta_arcsec.iter().zip(&whole.beta_arcsec) {
+            assert!((ours[0] - whole[0]).hypot(ours[1] - whole[1]) < 1e-13, "{ours:?} {whole:?}");
+        }
+        // Derivatives are those by the slope.
+        let step = 1e-4;
+        for c in 0..2 {
+            let moved = |by: f64| {
+                let mut moved = rays.clone();
+                moved.slope_arcsec.iter_mut().for_each(|slope| slope[c] += by);
+                sight.onwards(Z_LENS, &moved, Order::Jacobian, &Silent).unwrap()
+            };
+            let (up, down) = (moved(step), moved(-step));
+            for i in 0..theta.len() {
+                for k in 0..2 {
+                    let first = (up.beta_arcsec[i][k] - down.beta_arcsec[i][k]) / (2.0 * step);
+                    assert!((composed.jacobian[i][2 * k + c] - first).abs() < 1e-7);
+                    let second = (up.jacobian[i][2 * k + c] - down.jacobian[i][2 * k + c]) / (2.0 * step);
+                    assert!((composed.second_per_arcsec[i][3 * k + 2 * c] - second).abs() < 1e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_segment_outlives_its_line_of_sight_and_can_be_sent_away() {
+        let theta = [[0.4, -0.3]];
+        let (segment, here) = {
+            let sight = sight();
+            let segment = sight.to_source_from(Z_LENS).unwrap();
+            let here = segment.map(&theta, Order::Jacobian);
+            (segment, here)
+        };
+        let there = std::thread::spawn(move || segment.map(&theta, Order::Jacobian));
+        assert_eq!(there.join().unwrap(), here);
     }
 }

@@ -4,13 +4,15 @@ mod adaptive;
 mod centres;
 mod delay;
 mod general;
+mod kick;
 mod line_of_sight;
 mod plane;
 mod recursion;
 mod segment;
+mod span;
 
 pub use adaptive::{Accuracy, AccuracyReport, AdaptiveSegment, Exact, Field};
 pub use general::GeneralMultiPlane;
-pub use line_of_sight::{LineOfSight, MainLens};
+pub use line_of_sight::{LineOfSight, MainLens, RaysAtPlane};
 pub use plane::Sheets;
 pub use segment::Segment;

@@ -1,9 +1,11 @@
 //! Lens planes as the ray loop reads them: one cache line a plane, sorted by distance.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::halo::HaloCatalogue;
-use crate::profile::mass::{Nfw, nfw_radial};
+use crate::profile::mass::{MassModel, Nfw, nfw_radial};
 
 /// The sheet of negative convergence that compensates the mass added as haloes.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,17 +42,30 @@ pub(super) struct Plane {
     pub tau: f64,
 }
 
+/// A plane with a mass profile of any kind, its deflection reduced to the source.
+#[derive(Debug, Clone)]
+pub(super) struct LensPlane {
+    /// Comoving distance in Mpc.
+    pub chi_cmpc: f64,
+    /// f = χ_s/(χ_s − χ).
+    pub f: f64,
+    /// The profile.
+    pub profile: Arc<MassModel>,
+}
+
+impl LensPlane {
+    /// A profile at comoving distance `chi_cmpc`.
+    pub fn new(chi_cmpc: f64, chi_source_cmpc: f64, profile: MassModel) -> Self {
+        Self { chi_cmpc, f: chi_source_cmpc / (chi_source_cmpc - chi_cmpc), profile: Arc::new(profile) }
+    }
+}
+
 /// Planes in order of distance (equal distances in catalogue order).
-pub(super) fn sorted_planes(
-    haloes: &HaloCatalogue,
-    chi_cmpc: &[f64],
-    chi_source_cmpc: f64,
-    sheets: &Sheets,
-) -> Vec<Plane> {
+pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets: &Sheets) -> Vec<Plane> {
     let mut planes: Vec<Plane> = (0..haloes.len())
         .into_par_iter()
         .map(|i| {
-            let chi = chi_cmpc[i];
+            let chi = haloes.chi_cmpc[i];
             let f = chi_source_cmpc / (chi_source_cmpc - chi);
             let r_s = haloes.r_s_arcsec[i];
             let mut plane = Plane {

@@ -1,67 +1,66 @@
 //! A stretch of the line of sight as a [`Mapping`]: observer or lens plane to lens plane or source.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
-use super::line_of_sight::LineOfSight;
-use super::plane::Plane;
-use super::recursion::{TILE, Tile, trace_jacobians, trace_positions, trace_second_derivatives};
+use super::delay::Ray;
+use super::plane::{LensPlane, Plane};
+use super::recursion::{BLOCK, RayBlock};
+use super::span::Span;
+use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
-use crate::profile::mass::MassModel;
+use crate::monitor::Monitor;
 
 /// The mapping between two distances along the line of sight, with or without the main lens.
 ///
 /// Seen from the observer, β = x_end/χ_end. Seen from a plane d, rays start on the ray that the observer
-/// sees on the axis and β = (x_end − x_axis)/(χ_end − χ_d): θ and β are measured from that ray.
-#[derive(Debug, Clone, Copy)]
-pub struct Segment<'a> {
-    pub(super) planes: &'a [Plane],
-    pub(super) chi_source_cmpc: f64,
-    pub(super) chi_start: f64,
-    pub(super) chi_end: f64,
-    /// Position and slope of the axis ray at the start, and its position at the end.
-    pub(super) x_start: [f64; 2],
-    pub(super) s_start: [f64; 2],
-    pub(super) x_axis_end: [f64; 2],
-    pub(super) lens: Option<LensPlane<'a>>,
+/// sees on the axis and β = (x_end − x_axis)/(χ_end − χ_d): θ and β are measured from that ray. A segment shares the
+/// planes of its line of sight and outlives it.
+#[derive(Debug, Clone)]
+pub struct Segment {
+    all_planes: Arc<Vec<Plane>>,
+    range: Range<usize>,
+    pub(super) span: Span,
+    /// The main lens, and how many of the segment's planes come before it.
+    pub(super) lens: Option<(usize, LensPlane)>,
 }
 
-/// The main lens inside a segment: how many halo planes come before it, and where it is.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LensPlane<'a> {
-    pub after: usize,
-    pub chi_cmpc: f64,
-    pub profile: &'a MassModel,
-}
-
-impl<'a> Segment<'a> {
-    pub(super) fn from_observer(line_of_sight: &'a LineOfSight, chi_end: f64) -> Self {
-        let planes = &line_of_sight.planes;
+impl Segment {
+    pub(super) fn from_observer(all_planes: &Arc<Vec<Plane>>, chi_end: f64) -> Self {
         Self {
-            planes: &planes[..planes.partition_point(|p| p.chi_cmpc < chi_end)],
-            chi_source_cmpc: line_of_sight.chi_source_cmpc,
-            chi_start: 0.0,
-            chi_end,
-            x_start: [0.0; 2],
-            s_start: [0.0; 2],
-            x_axis_end: [0.0; 2],
+            range: 0..all_planes.partition_point(|p| p.chi_cmpc < chi_end),
+            all_planes: all_planes.clone(),
+            span: Span::from_observer(chi_end),
             lens: None,
         }
     }
 
-    pub(super) fn between(line_of_sight: &'a LineOfSight, chi_start: f64, chi_end: f64) -> Self {
-        let nearer = Self::from_observer(line_of_sight, chi_start);
+    pub(super) fn between(all_planes: &Arc<Vec<Plane>>, chi_start: f64, chi_end: f64) -> Self {
+        let nearer = Self::from_observer(all_planes, chi_start);
         let (x_start, s_start) = nearer.axis_ray();
-        let all = Self::from_observer(line_of_sight, chi_end);
-        let mut segment =
-            Self { planes: &all.planes[nearer.planes.len()..], chi_start, x_start, s_start, ..all };
-        segment.x_axis_end = segment.axis_ray().0;
+        let mut segment = Self::from_observer(all_planes, chi_end);
+        segment.range.start = nearer.range.end;
+        segment.span = Span { chi_start_cmpc: chi_start, x_start, s_start, ..segment.span };
+        segment.span.x_axis_end = segment.axis_ray().0;
         segment
     }
 
-    pub(super) fn with_lens(mut self, chi_cmpc: f64, profile: &'a MassModel) -> Self {
-        let after = self.planes.partition_point(|p| p.chi_cmpc < chi_cmpc);
-        self.lens = Some(LensPlane { after, chi_cmpc, profile });
+    pub(super) fn with_lens(mut self, lens: LensPlane) -> Self {
+        self.lens = Some((self.planes().partition_point(|p| p.chi_cmpc < lens.chi_cmpc), lens));
         self
+    }
+
+    /// The halo planes of the segment.
+    pub(super) fn planes(&self) -> &[Plane] {
+        &self.all_planes[self.range.clone()]
+    }
+
+    /// The halo planes before and after the main lens; without one all are before.
+    pub(super) fn nearer_and_farther(&self) -> (&[Plane], &[Plane]) {
+        let planes = self.planes();
+        planes.split_at(self.lens.as_ref().map_or(planes.len(), |(before, _)| *before))
     }
 
     /// Mixed second derivatives ∂²β/∂θ_j∂σ_k of the axis ray, symmetrised in j and k, where σ is a change of its slope
@@ -69,22 +68,22 @@ impl<'a> Segment<'a> {
     ///
     /// With rays θ = p, σ = p the second derivative is b_θθ + 2b_θσ + b_σσ; the other two are known.
     pub(super) fn mixed_second_derivatives(&self, chi_kick: f64) -> [f64; 6] {
-        let axis = [[0.0, 0.0]];
-        let (nearer, farther) = self.planes.split_at(self.planes.partition_point(|p| p.chi_cmpc < chi_kick));
+        let planes = self.planes();
+        let (nearer, farther) = planes.split_at(planes.partition_point(|p| p.chi_cmpc < chi_kick));
         let trace = |kicked_before: bool, kick: bool| -> [f64; 6] {
-            let mut tile = Tile::start(self.chi_start, self.x_start, self.s_start, &axis);
-            trace_planes::<2>(&mut tile, nearer);
-            tile.advance::<2>(chi_kick);
+            let mut rays = self.start(&[[0.0; 2]]);
+            rays.through::<2>(nearer);
+            rays.advance::<2>(chi_kick);
             if !kicked_before {
-                tile.forget_derivatives();
+                rays.forget_derivatives();
             }
             if kick {
-                tile.ds[0][0] += 1.0;
-                tile.ds[3][0] += 1.0;
+                rays.ds[0][0] += 1.0;
+                rays.ds[3][0] += 1.0;
             }
-            trace_planes::<2>(&mut tile, farther);
-            tile.advance::<2>(self.chi_end);
-            std::array::from_fn(|c| tile.d2x[c][0] / (self.chi_end - self.chi_start))
+            rays.through::<2>(farther);
+            rays.advance::<2>(self.span.chi_end_cmpc);
+            std::array::from_fn(|c| rays.d2x[c][0] / self.span.length_cmpc())
         };
         let (both, theta, sigma) = (trace(true, true), trace(true, false), trace(false, true));
         std::array::from_fn(|c| 0.5 * (both[c] - theta[c] - sigma[c]))
@@ -92,50 +91,57 @@ impl<'a> Segment<'a> {
 
     /// Position and slope at the end of the ray of direction 0.
     fn axis_ray(&self) -> ([f64; 2], [f64; 2]) {
-        let tile = self.trace_tile::<0>(&[[0.0, 0.0]]);
-        ([tile.x[0][0], tile.x[1][0]], [tile.s[0][0], tile.s[1][0]])
+        let rays = self.to_end::<0>(&[[0.0; 2]]);
+        (rays.position(0), rays.slope(0))
     }
 
-    fn trace_tile<const ORDER: usize>(&self, theta: &[[f64; 2]]) -> Tile {
-        let mut tile = Tile::start(self.chi_start, self.x_start, self.s_start, theta);
-        let mut planes = self.planes;
-        if let Some(lens) = self.lens {
-            let (nearer, farther) = planes.split_at(lens.after);
-            trace_planes::<ORDER>(&mut tile, nearer);
-            tile.advance::<ORDER>(lens.chi_cmpc);
-            let f = self.chi_source_cmpc / (self.chi_source_cmpc - lens.chi_cmpc);
-            tile.kick_lens::<ORDER>(lens.profile, f, theta.len());
-            planes = farther;
+    fn start(&self, theta: &[[f64; 2]]) -> RayBlock {
+        RayBlock::start(self.span.chi_start_cmpc, self.span.x_start, self.span.s_start, theta)
+    }
+
+    /// A block of rays from start to end.
+    pub(super) fn to_end<const ORDER: usize>(&self, theta: &[[f64; 2]]) -> RayBlock {
+        let mut rays = self.start(theta);
+        let (nearer, farther) = self.nearer_and_farther();
+        rays.through::<ORDER>(nearer);
+        if let Some((_, lens)) = &self.lens {
+            rays.through_lens::<ORDER>(lens, theta.len());
         }
-        trace_planes::<ORDER>(&mut tile, planes);
-        tile.advance::<ORDER>(self.chi_end);
-        tile
+        rays.through::<ORDER>(farther);
+        rays.advance::<ORDER>(self.span.chi_end_cmpc);
+        rays
     }
 
-    fn map_order<const ORDER: usize>(&self, theta: &[[f64; 2]]) -> RayBundle {
-        let scale = 1.0 / (self.chi_end - self.chi_start);
-        let parts: Vec<RayBundle> = theta
-            .par_chunks(TILE)
-            .map(|theta| self.trace_tile::<ORDER>(theta).bundle::<ORDER>(theta.len(), self.x_axis_end, scale))
-            .collect();
-        RayBundle::concatenate(parts)
+    fn trace_order<const ORDER: usize>(
+        &self,
+        theta: &[[f64; 2]],
+        monitor: &dyn Monitor,
+    ) -> Result<RayBundle> {
+        let scale = 1.0 / self.span.length_cmpc();
+        RayBundle::in_blocks(theta, BLOCK, monitor, |theta| {
+            self.to_end::<ORDER>(theta).bundle::<ORDER>(theta.len(), self.span.x_axis_end, scale)
+        })
+    }
+
+    fn ray_delay_days(&self, theta: [f64; 2]) -> f64 {
+        let Span { chi_start_cmpc, chi_end_cmpc, x_start, s_start, .. } = self.span;
+        let mut ray = Ray::start(chi_start_cmpc, x_start, [s_start[0] + theta[0], s_start[1] + theta[1]]);
+        let (nearer, farther) = self.nearer_and_farther();
+        ray.through(nearer);
+        if let Some((_, lens)) = &self.lens {
+            ray.through_lens(lens);
+        }
+        ray.through(farther);
+        ray.delay_days_at(chi_end_cmpc)
     }
 }
 
-fn trace_planes<const ORDER: usize>(tile: &mut Tile, planes: &[Plane]) {
-    match ORDER {
-        0 => trace_positions(tile, planes),
-        1 => trace_jacobians(tile, planes),
-        _ => trace_second_derivatives(tile, planes),
-    }
-}
-
-impl Mapping for Segment<'_> {
-    fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
+impl Mapping for Segment {
+    fn trace(&self, theta_arcsec: &[[f64; 2]], order: Order, monitor: &dyn Monitor) -> Result<RayBundle> {
         match order {
-            Order::Position => self.map_order::<0>(theta_arcsec),
-            Order::Jacobian => self.map_order::<1>(theta_arcsec),
-            Order::SecondDerivatives => self.map_order::<2>(theta_arcsec),
+            Order::Position => self.trace_order::<0>(theta_arcsec, monitor),
+            Order::Jacobian => self.trace_order::<1>(theta_arcsec, monitor),
+            Order::SecondDerivatives => self.trace_order::<2>(theta_arcsec, monitor),
         }
     }
 

@@ -2,12 +2,8 @@
 
 use super::lens::TidalLens;
 use super::model::LineOfSightModel;
+use crate::mapping::centre::{REACHED_ARCSEC, direction_of};
 use crate::profile::mass::MassModel;
-
-/// Iterations of θ ← θ + c − θ_d(θ); each gains a factor of the foreground tensors, at least two where these make sense.
-const ITERATIONS: usize = 60;
-/// Distance from the centre that counts as reached, arcsec.
-const REACHED_ARCSEC: f64 = 1e-12;
 
 impl TidalLens {
     /// Directions in which rays meet the centre of a lens: θ_d(θ) = c.
@@ -16,26 +12,17 @@ impl TidalLens {
     /// centres are among their directions.
     pub fn lens_centres_arcsec(&self) -> Vec<[f64; 2]> {
         let centres: Vec<[f64; 2]> = self.lenses.iter().filter_map(MassModel::centre_arcsec).collect();
-        let mut seen: Vec<[f64; 2]> = centres.iter().filter_map(|&c| self.direction_of(c)).collect();
+        let position = |[x, y]: [f64; 2]| {
+            let at = self.model.lens_position(x, y);
+            [at.re, at.im]
+        };
+        let mut seen: Vec<[f64; 2]> = centres.iter().filter_map(|&c| direction_of(c, position)).collect();
         if matches!(self.model, LineOfSightModel::Flexion(_)) {
             seen.extend(centres);
         }
         seen.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
         seen.dedup_by(|a, b| (a[0] - b[0]).hypot(a[1] - b[1]) <= REACHED_ARCSEC);
         seen
-    }
-
-    fn direction_of(&self, centre: [f64; 2]) -> Option<[f64; 2]> {
-        let mut theta = centre;
-        for _ in 0..ITERATIONS {
-            let at = self.model.lens_position(theta[0], theta[1]);
-            let left = [centre[0] - at.re, centre[1] - at.im];
-            if left[0].hypot(left[1]) <= REACHED_ARCSEC {
-                return Some(theta);
-            }
-            theta = [theta[0] + left[0], theta[1] + left[1]];
-        }
-        None
     }
 }
 

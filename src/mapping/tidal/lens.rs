@@ -5,7 +5,9 @@ use rayon::prelude::*;
 use super::jet::Jet;
 use super::model::LineOfSightModel;
 use crate::constants::{ARCSEC_RAD, MPC_OVER_C_DAYS};
+use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
+use crate::monitor::Monitor;
 use crate::profile::mass::MassModel;
 
 /// One or more mass profiles in one plane, seen through a tidal model of the line of sight.
@@ -26,7 +28,8 @@ impl TidalLens {
 }
 
 impl Mapping for TidalLens {
-    fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
+    fn trace(&self, theta_arcsec: &[[f64; 2]], order: Order, monitor: &dyn Monitor) -> Result<RayBundle> {
+        monitor.check()?;
         let jets: Vec<Jet> = theta_arcsec.par_iter().map(|&theta| self.ray(theta)).collect();
         let mut rays = RayBundle {
             beta_arcsec: jets.iter().map(|j| [j.value.re, j.value.im]).collect(),
@@ -38,7 +41,8 @@ impl Mapping for TidalLens {
         if order >= Order::SecondDerivatives {
             rays.second_per_arcsec = jets.iter().map(|j| components(&j.second)).collect();
         }
-        rays
+        monitor.advance(theta_arcsec.len() as u64);
+        Ok(rays)
     }
 
     /// D_Δt/c times the Fermat potential of each ray at its own β.

@@ -1,11 +1,12 @@
 //! The elliptical Sérsic light profile (Sérsic 1963), as lenstronomy's `SERSIC_ELLIPSE`.
 
-use multiversion::multiversion;
 use statrs::function::gamma::ln_gamma;
 
 use super::LightProfile;
 use crate::error::{Domain, Result};
 use crate::numerics::complex::Cx;
+use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::elementary::Elementary;
 use crate::numerics::real::{Lanes, Real};
 use crate::profile::parameter::{
     Description, Guess, Name, Parameter, PriorShape, checked_centre, checked_ellipticity, exactly,
@@ -207,14 +208,16 @@ impl LightProfile for Sersic {
 }
 
 // Compiled once for each instruction set and called once for all lanes.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn brightness_lanes(light: &Sersic, at: &Cx<Lanes>) -> Lanes {
-    light.brightness(*at)
+fit_kernel! {
+    fn brightness_lanes(light: &Sersic, at: &Cx<Lanes>) -> Lanes {
+        light.brightness(*at)
+    }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn response_lanes(light: &Sersic, at: &Cx<Lanes>, by_parameter: &mut [Lanes; 6]) -> (Lanes, Cx<Lanes>) {
-    light.response(*at, by_parameter)
+fit_kernel! {
+    fn response_lanes(light: &Sersic, at: &Cx<Lanes>, by_parameter: &mut [Lanes; 6]) -> (Lanes, Cx<Lanes>) {
+        light.response(*at, by_parameter)
+    }
 }
 
 /// What value and derivatives of the brightness share at one point.

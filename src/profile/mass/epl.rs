@@ -3,6 +3,7 @@
 use super::{Described, MassProfile, Response};
 use crate::error::Result;
 use crate::numerics::complex::Cx;
+use crate::numerics::elementary::Elementary;
 use crate::numerics::real::Real;
 use crate::profile::parameter::{Name, Parameter, checked_centre, checked_ellipticity, exactly};
 

@@ -1,9 +1,8 @@
 //! What every mass profile is: equations over one number or SIMD lanes, and a description.
 
-use multiversion::multiversion;
-
 use crate::error::Result;
 use crate::numerics::complex::Cx;
+use crate::numerics::dispatch::fit_kernel;
 use crate::numerics::real::{Lanes, Real};
 use crate::profile::parameter::{Name, Parameter};
 
@@ -84,17 +83,19 @@ impl<R: Real> Response<R> {
 }
 
 // Compiled once for each profile and instruction set, and called once for all lanes.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-pub(super) fn deflect_lanes<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
-    lens.deflect(*x, *y)
+fit_kernel! {
+    pub(super) fn deflect_lanes<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
+        lens.deflect(*x, *y)
+    }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-pub(super) fn respond_lanes<P: MassProfile>(
-    lens: &P,
-    x: &Lanes,
-    y: &Lanes,
-    by_parameter: &mut [Cx<Lanes>],
-) -> Response<Lanes> {
-    lens.respond(*x, *y, by_parameter)
+fit_kernel! {
+    pub(super) fn respond_lanes<P: MassProfile>(
+        lens: &P,
+        x: &Lanes,
+        y: &Lanes,
+        by_parameter: &mut [Cx<Lanes>],
+    ) -> Response<Lanes> {
+        lens.respond(*x, *y, by_parameter)
+    }
 }

@@ -4,6 +4,7 @@ use statrs::function::gamma::{digamma, gamma_lr, ln_gamma};
 
 use super::radial::{Radial, RadialLaw, by_scale};
 use crate::error::Result;
+use crate::numerics::elementary::Elementary;
 use crate::numerics::quadrature::integrate;
 use crate::numerics::real::Real;
 use crate::profile::light::{B_N_SLOPE, b_n};

@@ -1,15 +1,16 @@
-//! From a survey to a tile, and from a tile to the survey of a narrower one.
+//! From a sample to a tile, and from a tile to the sample of a narrower one.
 
-use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::chebyshev::{Basis, Jet, LANES, Lanes, Series, fine_number};
 use super::field::Field;
-use super::kick::{Kick, Kicks};
-use super::survey::{EDGE_NODES, FINE_NODES, ROW_NODES, Rough, Spot, Survey, rays, row_nodes};
-use super::tile::{Event, Met, State, Tile};
-use super::way::{Linear, Rows, Way};
+use super::phase_space::{Linear, Rows};
+use super::rough_plane::{Kicks, RoughPlane};
+use super::sample::{EDGE_NODES, FINE_NODES, Met, ROW_NODES, Sample, SampledPlane, Spot, rays, row_nodes};
+use super::tile::{Event, State, Tile};
 use crate::mapping::Order;
+use crate::mapping::multiplane::span::Span;
+use crate::numerics::dispatch::ray_kernel;
 
 /// Terms left out of a series may add up to these parts of the accuracy: in β; in paths, of which the Hessian of a
 /// halo passes on little; in rows per arcsec, which multiply what smoothing leaves of kicks.
@@ -19,13 +20,13 @@ const ROWS_SHARE: f64 = 5.0;
 /// By how much the largest error over a tile may exceed that of the rays compared.
 const SAFETY: f64 = 4.0;
 
-impl<'a> Tile<'a> {
-    /// Makes a tile from a survey; `inherited_arcsec` bounds the error of the survey itself.
-    pub fn new(survey: &Survey<'a>, way: Way, accuracy_arcsec: f64, inherited_arcsec: f64) -> Self {
-        let mut tile = build(survey, way, accuracy_arcsec);
+impl Tile {
+    /// Makes a tile from a sample; `inherited_arcsec` bounds the error of the sample itself.
+    pub fn new(sample: &Sample, span: Span, accuracy_arcsec: f64, inherited_arcsec: f64) -> Self {
+        let mut tile = build(sample, span, accuracy_arcsec);
         let first = FINE_NODES;
-        let ours = tile.trace(&survey.theta_arcsec[first..], Order::Position).beta_arcsec;
-        let gaps = ours.iter().zip(&survey.beta_arcsec[first..]);
+        let ours = tile.trace(&sample.theta_arcsec[first..], Order::Position).beta_arcsec;
+        let gaps = ours.iter().zip(&sample.beta_arcsec[first..]);
         let worst = gaps.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
         // Not a number must not pass.
         let worst = worst.fold(0.0, |most, gap| if gap > most || gap.is_nan() { gap } else { most });
@@ -33,16 +34,16 @@ impl<'a> Tile<'a> {
         tile
     }
 
-    /// Surveys a square inside this tile.
-    pub fn survey(&self, square: Field, tolerance_arcsec: f64) -> Survey<'a> {
+    /// Samples a square inside this tile.
+    pub fn sample(&self, square: Field, tolerance_arcsec: f64) -> Sample {
         let mut strongest: Vec<&Event> = self.events.iter().collect();
         strongest.sort_by(|a, b| b.contrast_arcsec.total_cmp(&a.contrast_arcsec));
         let images: Vec<[f64; 2]> = strongest.into_iter().map(|event| event.image_arcsec).collect();
         let theta_arcsec = rays(&square, &images);
         let (beta_arcsec, met) = self.record(&theta_arcsec);
-        let is_rough = |event: &Event, met: &Met| match &event.kick {
-            Kick::Lens(..) => true,
-            Kick::Halo(plane) => {
+        let is_rough = |event: &Event, met: &Met| match &event.plane {
+            RoughPlane::Lens(_) => true,
+            RoughPlane::Halo(plane) => {
                 let spot = Spot::of(EDGE_NODES.iter().map(|i| met.theta_arcsec[*i]));
                 let halo = |i: &usize| {
                     let (t, k) = (met.theta_arcsec[*i], met.kick_arcsec[*i]);
@@ -55,8 +56,12 @@ impl<'a> Tile<'a> {
         let keep: Vec<bool> = self.events.iter().zip(&met).map(|(event, met)| is_rough(event, met)).collect();
         let (rows, end_rows) = narrower_rows(self, &row_nodes(&theta_arcsec), &met, &keep);
         let kept = self.events.iter().zip(met).zip(keep).filter(|(_, keep)| *keep);
-        let rough = kept.zip(rows).map(|(((event, met), _), rows)| Rough { kick: event.kick, met, rows });
-        Survey { square, theta_arcsec, rough: rough.collect(), beta_arcsec, end_rows }
+        let rough = kept.zip(rows).map(|(((event, met), _), rows)| SampledPlane {
+            plane: event.plane.clone(),
+            met,
+            rows,
+        });
+        Sample { square, theta_arcsec, rough: rough.collect(), beta_arcsec, end_rows }
     }
 }
 
@@ -76,10 +81,10 @@ fn narrower_rows(
         if *keep {
             all.push(std::array::from_fn(|i| linear[i].rows(&rows_of(&jet, i))));
         }
-        let w = tile.way.weight(event.kick.chi_cmpc());
+        let w = tile.span.weight(event.plane.chi_cmpc());
         for (i, linear) in linear.iter_mut().enumerate() {
             if !keep {
-                linear.kick(&rows_of(&jet, i), w, event.kick.hessian(met.theta_arcsec[fine_number(i)]));
+                linear.kick(&rows_of(&jet, i), w, event.plane.hessian(met.theta_arcsec[fine_number(i)]));
             }
         }
     }
@@ -87,10 +92,10 @@ fn narrower_rows(
     (all, std::array::from_fn(|i| linear[i].rows(&rows_of(&jet, i))))
 }
 
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn sum_rows(rows: &Series<8>, basis: &Basis, jet: &mut Jet<8>) {
-    rows.at::<0>(basis, jet);
+ray_kernel! {
+    fn sum_rows(rows: &Series<8>, basis: &Basis, jet: &mut Jet<8>) {
+        rows.at::<0>(basis, jet);
+    }
 }
 
 fn rows_of(jet: &Jet<8>, i: usize) -> Rows {
@@ -98,17 +103,17 @@ fn rows_of(jet: &Jet<8>, i: usize) -> Rows {
 }
 
 /// Interpolates rows, and what rough kicks leave of the paths.
-fn build<'a>(survey: &Survey<'a>, way: Way, accuracy: f64) -> Tile<'a> {
+fn build(sample: &Sample, span: Span, accuracy: f64) -> Tile {
     /// Events that are worth a thread of their own.
     const MANY: usize = 64;
-    let square = &survey.square;
-    let all = survey.rough.par_iter().with_min_len(MANY);
+    let square = &sample.square;
+    let all = sample.rough.par_iter().with_min_len(MANY);
     let rows: Vec<Series<8>> =
-        all.clone().map(|rough| series(&rough.rows, way.weight(rough.kick.chi_cmpc()), accuracy)).collect();
-    let end_rows = series(&survey.end_rows, 1.0, accuracy);
+        all.clone().map(|rough| series(&rough.rows, span.weight(rough.plane.chi_cmpc()), accuracy)).collect();
+    let end_rows = series(&sample.end_rows, 1.0, accuracy);
     let blocks: Vec<usize> = (0..FINE_NODES).step_by(LANES).collect();
     let left: Vec<Vec<[Lanes; 2]>> =
-        blocks.into_par_iter().map(|first| paths_left(survey, way, &rows, &end_rows, first)).collect();
+        blocks.into_par_iter().map(|first| paths_left(sample, span, &rows, &end_rows, first)).collect();
     let path = |event: usize, scale: f64| {
         let values: [[f64; 2]; FINE_NODES] =
             std::array::from_fn(|i| [0, 1].map(|c| left[i / LANES][event][c][i % LANES]));
@@ -118,46 +123,46 @@ fn build<'a>(survey: &Survey<'a>, way: Way, accuracy: f64) -> Tile<'a> {
         .zip(rows)
         .enumerate()
         .map(|(number, (rough, rows))| Event {
-            kick: rough.kick,
+            plane: rough.plane.clone(),
             path: path(number, PATH_SHARE),
             rows,
-            image_arcsec: image(square, &rough.kick, &rough.met.theta_arcsec),
+            image_arcsec: image(square, &rough.plane, &rough.met.theta_arcsec),
             contrast_arcsec: Spot::of(rough.met.kick_arcsec[..FINE_NODES].iter().copied()).radius_arcsec,
         })
         .collect();
-    let end = path(survey.rough.len(), END_SHARE);
-    Tile { square: survey.square, way, events, end, end_rows, bound_arcsec: 0.0 }
+    let end = path(sample.rough.len(), END_SHARE);
+    Tile { square: sample.square, span, events, end, end_rows, bound_arcsec: 0.0 }
 }
 
-/// S = θ − Qz at a block of fine nodes, from node `first` on: at every event, and at the end.
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn paths_left(
-    survey: &Survey,
-    way: Way,
-    rows: &[Series<8>],
-    end_rows: &Series<8>,
-    first: usize,
-) -> Vec<[Lanes; 2]> {
-    let nodes = first..FINE_NODES.min(first + LANES);
-    let basis = Basis::at::<0>(&survey.square, &survey.theta_arcsec[nodes.clone()]);
-    let (mut path, mut jet, mut kicks) = (Jet::<2>::zero(), Jet::<8>::zero(), Kicks::zero());
-    // Of −z: kicks act on it with −w, and S is θ + Q(−z).
-    let mut state = State::unkicked();
-    let mut all = Vec::with_capacity(rows.len() + 1);
-    for (rough, rows) in survey.rough.iter().zip(rows) {
-        rows.at::<0>(&basis, &mut jet);
-        fill(&mut path.value, &rough.met.theta_arcsec[nodes.clone()]);
-        fill(&mut kicks.kick, &rough.met.kick_arcsec[nodes.clone()]);
+ray_kernel! {
+    /// S = θ − Qz at a block of fine nodes, from node `first` on: at every event, and at the end.
+    fn paths_left(
+        sample: &Sample,
+        span: Span,
+        rows: &[Series<8>],
+        end_rows: &Series<8>,
+        first: usize,
+    ) -> Vec<[Lanes; 2]> {
+        let nodes = first..FINE_NODES.min(first + LANES);
+        let basis = Basis::at::<0>(&sample.square, &sample.theta_arcsec[nodes.clone()]);
+        let (mut path, mut jet, mut kicks) = (Jet::<2>::zero(), Jet::<8>::zero(), Kicks::zero());
+        // Of −z: kicks act on it with −w, and S is θ + Q(−z).
+        let mut state = State::unkicked();
+        let mut all = Vec::with_capacity(rows.len() + 1);
+        for (rough, rows) in sample.rough.iter().zip(rows) {
+            rows.at::<0>(&basis, &mut jet);
+            fill(&mut path.value, &rough.met.theta_arcsec[nodes.clone()]);
+            fill(&mut kicks.kick, &rough.met.kick_arcsec[nodes.clone()]);
+            state.locate::<0>(&mut path, &jet);
+            all.push(path.value);
+            state.kick::<0>(&path, &jet, &kicks, -span.weight(rough.plane.chi_cmpc()));
+        }
+        end_rows.at::<0>(&basis, &mut jet);
+        fill(&mut path.value, &sample.beta_arcsec[nodes]);
         state.locate::<0>(&mut path, &jet);
         all.push(path.value);
-        state.kick::<0>(&path, &jet, &kicks, -way.weight(rough.kick.chi_cmpc()));
+        all
     }
-    end_rows.at::<0>(&basis, &mut jet);
-    fill(&mut path.value, &survey.beta_arcsec[nodes]);
-    state.locate::<0>(&mut path, &jet);
-    all.push(path.value);
-    all
 }
 
 #[inline(always)]
@@ -180,8 +185,8 @@ fn unflattened(q: [f64; 8]) -> Rows {
 }
 
 /// The direction in which a halo's centre is seen, to first order from the corners of the square.
-fn image(square: &Field, kick: &Kick, theta: &[[f64; 2]]) -> [f64; 2] {
-    let Kick::Halo(plane) = kick else { return [f64::NAN; 2] };
+fn image(square: &Field, plane: &RoughPlane, theta: &[[f64; 2]]) -> [f64; 2] {
+    let RoughPlane::Halo(plane) = plane else { return [f64::NAN; 2] };
     let side = super::chebyshev::SIDE;
     let corner = |x: usize, y: usize| theta[(1 - x) * (side - 1) + (1 - y) * side * (side - 1)];
     let [ll, hl, lh, hh] = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];

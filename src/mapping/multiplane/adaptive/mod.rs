@@ -5,17 +5,17 @@
 //! interpolated. Rays of the tile then meet the rough planes alone. docs/ADAPTIVE_TRACING.md derives the errors.
 
 mod accuracy;
+mod all_planes;
 mod build;
 mod chebyshev;
-mod edge;
 mod field;
-mod kick;
+mod outline;
+mod phase_space;
 mod report;
-mod survey;
+mod rough_plane;
+mod sample;
 mod tile;
 mod tree;
-mod vacuum;
-mod way;
 
 pub use accuracy::{Accuracy, Exact};
 pub use field::Field;
@@ -26,19 +26,21 @@ use std::sync::{Mutex, PoisonError};
 use rand::RngExt;
 
 use super::segment::Segment;
+use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
+use crate::monitor::{Monitor, Uncounted};
 use crate::numerics::random::{Stage, stream};
-use tree::{FEW_IN_VACUUM, Part, Traced, Tree};
+use tree::{FEW_RAYS, Part, Traced, Tree};
 
 /// A segment traced to a stated accuracy instead of exactly.
 ///
 /// Tiles carry a bound on the error of β; rays outside the field, rays that no accurate tile holds, and delays are
 /// traced exactly. Every call compares random rays with the exact recursion, and traces all rays exactly if one of
 /// them is off by more than the accuracy.
-pub struct AdaptiveSegment<'a> {
-    exact: Segment<'a>,
+pub struct AdaptiveSegment {
+    exact: Segment,
     /// The accuracy in arcsec and the tiles; none where exact tracing is asked for or cheaper.
-    tree: Option<(f64, Tree<'a>)>,
+    tree: Option<(f64, Tree)>,
     report: Mutex<AccuracyReport>,
 }
 
@@ -47,30 +49,25 @@ const COMPARED: usize = 48;
 /// Rounding of the interpolated maps is below this; finer accuracies are traced exactly.
 const FINEST_ARCSEC: f64 = 1e-11;
 
-impl<'a> Segment<'a> {
+impl Segment {
     /// Prepares tracing of about `rays` rays inside `field` to a stated accuracy.
     ///
     /// Everything is traced exactly without a field, for few rays, and for accuracies that are not above 1e-11″.
-    pub fn adaptive(&self, accuracy: Accuracy, field: Option<Field>, rays: usize) -> AdaptiveSegment<'a> {
+    pub fn adaptive(&self, accuracy: Accuracy, field: Option<Field>, rays: usize) -> AdaptiveSegment {
         let tree = match (accuracy, field) {
             (Accuracy::WithinArcsec(arcsec), Some(field))
-                if arcsec >= FINEST_ARCSEC && rays >= FEW_IN_VACUUM && field.is_extended() =>
+                if arcsec >= FINEST_ARCSEC && rays >= FEW_RAYS && field.is_extended() =>
             {
-                Some((arcsec, Tree::new(*self, &field, arcsec)))
+                Some((arcsec, Tree::new(self.clone(), &field, arcsec)))
             }
             _ => None,
         };
-        AdaptiveSegment { exact: *self, tree, report: Mutex::default() }
+        AdaptiveSegment { exact: self.clone(), tree, report: Mutex::default() }
     }
 }
 
-impl AdaptiveSegment<'_> {
-    /// False when every ray is traced exactly.
-    pub fn is_adaptive(&self) -> bool {
-        self.tree.is_some()
-    }
-
-    /// How accurate the calls of [`Mapping::map`] so far were.
+impl AdaptiveSegment {
+    /// How accurate the calls of [`Mapping::trace`] so far were.
     pub fn report(&self) -> AccuracyReport {
         *self.report.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -80,29 +77,40 @@ impl AdaptiveSegment<'_> {
         *sum = sum.and(new);
     }
 
-    fn all_exactly(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
+    fn all_exactly(
+        &self,
+        theta_arcsec: &[[f64; 2]],
+        order: Order,
+        monitor: &dyn Monitor,
+    ) -> Result<RayBundle> {
         let rays = theta_arcsec.len();
-        let planes_met = rays * self.exact.planes.len();
+        let planes_met = rays * self.exact.planes().len();
         self.note(&AccuracyReport {
             rays,
             rays_traced_exactly: rays,
             planes_met,
             ..AccuracyReport::default()
         });
-        self.exact.map(theta_arcsec, order)
+        self.exact.trace(theta_arcsec, order, monitor)
     }
 
     /// Every ray from the tree or, where that refused it, from the exact recursion.
-    fn complete(&self, theta: &[[f64; 2]], order: Order, traced: Traced) -> RayBundle {
+    fn complete(
+        &self,
+        theta: &[[f64; 2]],
+        order: Order,
+        traced: Traced,
+        monitor: &dyn Monitor,
+    ) -> Result<RayBundle> {
         let again: Vec<[f64; 2]> = traced.refused.iter().map(|&i| theta[i as usize]).collect();
-        let exact = Part { bundle: self.exact.map(&again, order), rays: traced.refused };
+        let exact = Part { bundle: self.exact.trace(&again, order, monitor)?, rays: traced.refused };
         let mut parts = traced.parts;
         parts.push(exact);
-        RayBundle {
+        Ok(RayBundle {
             beta_arcsec: gather(theta.len(), &parts, |bundle| &bundle.beta_arcsec),
             jacobian: gather(theta.len(), &parts, |bundle| &bundle.jacobian),
             second_per_arcsec: gather(theta.len(), &parts, |bundle| &bundle.second_per_arcsec),
-        }
+        })
     }
 }
 
@@ -120,31 +128,32 @@ fn gather<T: Copy + Default>(n: usize, parts: &[Part], of: impl Fn(&RayBundle) -
     all
 }
 
-impl Mapping for AdaptiveSegment<'_> {
-    fn map(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
+impl Mapping for AdaptiveSegment {
+    fn trace(&self, theta_arcsec: &[[f64; 2]], order: Order, monitor: &dyn Monitor) -> Result<RayBundle> {
         let n = theta_arcsec.len();
-        let Some((accuracy_arcsec, tree)) = self.tree.as_ref().filter(|_| n >= FEW_IN_VACUUM) else {
-            return self.all_exactly(theta_arcsec, order);
+        let Some((accuracy_arcsec, tree)) = self.tree.as_ref().filter(|_| n >= FEW_RAYS) else {
+            return self.all_exactly(theta_arcsec, order, monitor);
         };
         let mut rng = stream(n as u64, 0, Stage::AccuracyCheck, 0);
         let chosen: Vec<usize> = (0..COMPARED).map(|_| rng.random_range(0..n)).collect();
         let some: Vec<[f64; 2]> = chosen.iter().map(|&i| theta_arcsec[i]).collect();
         let (exact, traced) =
-            rayon::join(|| self.exact.map(&some, order), || tree.trace(theta_arcsec, order));
+            rayon::join(|| self.exact.map(&some, order), || tree.trace(theta_arcsec, order, monitor));
+        let traced = traced?;
         let report = AccuracyReport {
             bound_arcsec: traced.bound_arcsec,
             rays: n,
             rays_traced_exactly: traced.refused.len(),
-            planes_met: traced.met + traced.refused.len() * self.exact.planes.len(),
+            planes_met: traced.met + traced.refused.len() * self.exact.planes().len(),
             ..AccuracyReport::default()
         };
-        let rays = self.complete(theta_arcsec, order, traced);
+        let rays = self.complete(theta_arcsec, order, traced, monitor)?;
         let report = report.compared(&rays, &chosen, &exact);
         if !report.is_within(*accuracy_arcsec) {
-            return self.all_exactly(theta_arcsec, order);
+            return self.all_exactly(theta_arcsec, order, &Uncounted(monitor));
         }
         self.note(&report);
-        rays
+        Ok(rays)
     }
 
     fn delay_days(&self, theta_arcsec: &[[f64; 2]]) -> Vec<f64> {

@@ -1,18 +1,18 @@
 //! A square of the sky in which smooth haloes are a polynomial map and rays meet only the rough ones one by one.
 
-use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::chebyshev::{Basis, Jet, LANES, Lanes, Series};
 use super::field::Field;
-use super::kick::{Kick, Kicks};
-use super::survey::RAYS;
-use super::way::Way;
+use super::rough_plane::{Kicks, RoughPlane};
+use super::sample::{Met, RAYS};
+use crate::mapping::multiplane::span::Span;
 use crate::mapping::{Order, RayBundle};
+use crate::numerics::dispatch::ray_kernel;
 
 /// A rough plane of a tile: met in the direction θ = S(θ₀) + Q(θ₀)z, and there kicked by K(θ).
-pub(super) struct Event<'a> {
-    pub kick: Kick<'a>,
+pub(super) struct Event {
+    pub plane: RoughPlane,
     /// S.
     pub path: Series<2>,
     /// Q, row by row.
@@ -23,39 +23,14 @@ pub(super) struct Event<'a> {
 }
 
 /// β = S(θ₀) + Q(θ₀)z at the end of all events.
-pub(super) struct Tile<'a> {
+pub(super) struct Tile {
     pub square: Field,
-    pub way: Way,
-    pub events: Vec<Event<'a>>,
+    pub span: Span,
+    pub events: Vec<Event>,
     pub end: Series<2>,
     pub end_rows: Series<8>,
     /// Bound of |β − β_exact| over the tile, arcsec.
     pub bound_arcsec: f64,
-}
-
-/// Directions and kicks of all rays at one event.
-pub(super) struct Met {
-    pub theta_arcsec: Vec<[f64; 2]>,
-    pub kick_arcsec: Vec<[f64; 2]>,
-}
-
-impl Met {
-    pub fn with_room(rays: usize) -> Self {
-        Self { theta_arcsec: Vec::with_capacity(rays), kick_arcsec: Vec::with_capacity(rays) }
-    }
-
-    /// What blocks of rays met at every event, as one block after the other.
-    pub fn joined(blocks: impl IntoIterator<Item = Vec<Self>>) -> Vec<Self> {
-        let mut blocks = blocks.into_iter();
-        let mut all = blocks.next().unwrap_or_default();
-        for block in blocks {
-            for (met, more) in all.iter_mut().zip(block) {
-                met.theta_arcsec.extend(more.theta_arcsec);
-                met.kick_arcsec.extend(more.kick_arcsec);
-            }
-        }
-        all
-    }
 }
 
 /// Index pairs (j, k) of the second derivatives.
@@ -70,7 +45,7 @@ pub(super) struct State {
     second: [[Lanes; 3]; 4],
 }
 
-impl<'a> Tile<'a> {
+impl Tile {
     /// Traces rays of the tile.
     pub fn trace(&self, theta_arcsec: &[[f64; 2]], order: Order) -> RayBundle {
         let mut rays = RayBundle::default();
@@ -112,13 +87,13 @@ fn trace<const ORDER: usize, const RECORD: bool>(
         event.path.at::<ORDER>(&basis, &mut path);
         event.rows.at::<ORDER>(&basis, &mut rows);
         state.locate::<ORDER>(&mut path, &rows);
-        event.kick.at::<ORDER>(&path.value, used, &mut kicks);
+        event.plane.kick::<ORDER>(&path.value, used, &mut kicks);
         if RECORD {
             let met = &mut met[number];
             met.theta_arcsec.extend((0..used).map(|i| [path.value[0][i], path.value[1][i]]));
             met.kick_arcsec.extend((0..used).map(|i| [kicks.kick[0][i], kicks.kick[1][i]]));
         }
-        state.kick::<ORDER>(&path, &rows, &kicks, tile.way.weight(event.kick.chi_cmpc()));
+        state.kick::<ORDER>(&path, &rows, &kicks, tile.span.weight(event.plane.chi_cmpc()));
     }
     tile.end.at::<ORDER>(&basis, &mut path);
     tile.end_rows.at::<ORDER>(&basis, &mut rows);
@@ -234,26 +209,26 @@ impl State {
     }
 }
 
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn positions(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
-    trace::<0, false>(tile, theta, rays, &mut []);
+ray_kernel! {
+    fn positions(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
+        trace::<0, false>(tile, theta, rays, &mut []);
+    }
 }
 
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn recorded(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle, met: &mut [Met]) {
-    trace::<0, true>(tile, theta, rays, met);
+ray_kernel! {
+    fn recorded(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle, met: &mut [Met]) {
+        trace::<0, true>(tile, theta, rays, met);
+    }
 }
 
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn jacobians(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
-    trace::<1, false>(tile, theta, rays, &mut []);
+ray_kernel! {
+    fn jacobians(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
+        trace::<1, false>(tile, theta, rays, &mut []);
+    }
 }
 
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn second_derivatives(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
-    trace::<2, false>(tile, theta, rays, &mut []);
+ray_kernel! {
+    fn second_derivatives(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
+        trace::<2, false>(tile, theta, rays, &mut []);
+    }
 }

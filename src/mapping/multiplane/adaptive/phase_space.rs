@@ -8,29 +8,6 @@
 /// Two rows over z, `[row][component]`.
 pub(super) type Rows = [[f64; 4]; 2];
 
-/// What rays obey without kicks, from one distance to another.
-#[derive(Clone, Copy)]
-pub(super) struct Way {
-    pub chi_start: f64,
-    pub chi_end: f64,
-    /// Position and slope of the axis ray at the start, and its position at the end.
-    pub x_start: [f64; 2],
-    pub s_start: [f64; 2],
-    pub x_axis_end: [f64; 2],
-}
-
-impl Way {
-    /// L, Mpc.
-    pub fn length_cmpc(&self) -> f64 {
-        self.chi_end - self.chi_start
-    }
-
-    /// w = χ/L of a plane.
-    pub fn weight(&self, chi_cmpc: f64) -> f64 {
-        chi_cmpc / self.length_cmpc()
-    }
-}
-
 /// Qz.
 #[inline(always)]
 pub(super) fn apply(rows: &Rows, z: &[f64; 4]) -> [f64; 2] {

@@ -1,27 +1,25 @@
 //! Eight rays through all planes: which haloes are rough for a square, and where inside it they are seen.
 
-use multiversion::multiversion;
-
 use super::field::Field;
-use super::survey::Spot;
-use super::way::Way;
+use super::sample::Spot;
 use crate::mapping::multiplane::plane::Plane;
-use crate::mapping::multiplane::recursion::radial_functions;
+use crate::mapping::multiplane::span::Span;
+use crate::numerics::dispatch::ray_kernel;
 
 /// Rays on the edge of a square that show where its rays go.
-pub(super) const EDGE: usize = 8;
+pub(super) const RAYS: usize = 8;
 
 /// Rays on the edge of a square: corners and middles of the sides.
-pub(super) struct Edge {
+pub(super) struct Outline {
     square: Field,
-    pub x: [[f64; EDGE]; 2],
-    pub s: [[f64; EDGE]; 2],
+    pub x: [[f64; RAYS]; 2],
+    pub s: [[f64; RAYS]; 2],
     chi_cmpc: f64,
 }
 
-impl Edge {
-    /// Where the edge rays lie in the square, in units of half its side.
-    const PLACES: [[f64; 2]; EDGE] = [
+impl Outline {
+    /// Where the rays lie in the square, in units of half its side.
+    const PLACES: [[f64; 2]; RAYS] = [
         [1.0, 0.0],
         [1.0, 1.0],
         [0.0, 1.0],
@@ -32,15 +30,15 @@ impl Edge {
         [1.0, -1.0],
     ];
 
-    pub fn start(way: &Way, square: &Field) -> Self {
+    pub fn start(span: &Span, square: &Field) -> Self {
         let slope = |c: usize, place: &[f64; 2]| {
-            way.s_start[c] + square.centre_arcsec[c] + square.half_arcsec[c] * place[c]
+            span.s_start[c] + square.centre_arcsec[c] + square.half_arcsec[c] * place[c]
         };
         Self {
             square: *square,
-            x: way.x_start.map(|x| [x; EDGE]),
+            x: span.x_start.map(|x| [x; RAYS]),
             s: [0, 1].map(|c| std::array::from_fn(|i| slope(c, &Self::PLACES[i]))),
-            chi_cmpc: way.chi_start,
+            chi_cmpc: span.chi_start_cmpc,
         }
     }
 
@@ -50,7 +48,7 @@ impl Edge {
         let step = chi_cmpc - self.chi_cmpc;
         self.chi_cmpc = chi_cmpc;
         for c in 0..2 {
-            for i in 0..EDGE {
+            for i in 0..RAYS {
                 self.x[c][i] += step * self.s[c][i];
             }
         }
@@ -76,37 +74,34 @@ impl Edge {
 }
 
 /// A plane that is rough for the square: its number, the largest deflection by its halo, and where that is seen.
-pub(super) type RoughPlane = (usize, f64, [f64; 2]);
+pub(super) type Found = (usize, f64, [f64; 2]);
 
-#[inline(always)]
-fn edge_loop(edge: &mut Edge, planes: &[Plane], tolerance: f64, rough: &mut Vec<RoughPlane>) {
-    for (number, plane) in planes.iter().enumerate() {
-        let spot = edge.advance(plane.chi_cmpc, plane.inv_chi);
-        let (mut tx, mut ty, mut u) = ([0.0; EDGE], [0.0; EDGE], [0.0; EDGE]);
-        for i in 0..EDGE {
-            tx[i] = edge.x[0][i] * plane.inv_chi - plane.centre_arcsec[0];
-            ty[i] = edge.x[1][i] * plane.inv_chi - plane.centre_arcsec[1];
-            u[i] = plane.u(tx[i], ty[i]);
-        }
-        let (mut m, mut p1, mut p2) = ([0.0; EDGE], [0.0; EDGE], [0.0; EDGE]);
-        radial_functions::<0, EDGE>(plane.tau, &u, &mut m, &mut p1, &mut p2);
-        let sheet = plane.f_sheet * plane.inv_chi;
-        let mut alpha = 0.0_f64;
-        for i in 0..EDGE {
-            let km = plane.fk * m[i];
-            alpha = alpha.max(km * km * u[i]);
-            edge.s[0][i] -= km * tx[i] - sheet * edge.x[0][i];
-            edge.s[1][i] -= km * ty[i] - sheet * edge.x[1][i];
-        }
-        let alpha = (alpha / plane.inv_r_s2).sqrt();
-        if spot.is_rough(plane, alpha, tolerance) {
-            rough.push((number, alpha, edge.image(plane.centre_arcsec)));
+ray_kernel! {
+    /// On through `planes`, whose rough ones are added to `rough`.
+    pub(super) fn outline_through(
+        outline: &mut Outline,
+        planes: &[Plane],
+        tolerance: f64,
+        rough: &mut Vec<Found>,
+    ) {
+        for (number, plane) in planes.iter().enumerate() {
+            let spot = outline.advance(plane.chi_cmpc, plane.inv_chi);
+            let Outline { x, s, .. } = &mut *outline;
+            let mut alpha = 0.0_f64;
+            plane.kick::<0, RAYS>(
+                x,
+                plane.inv_chi,
+                |_, _, _| (),
+                |i, kick| {
+                    alpha = alpha.max(kick.fkm * kick.fkm * kick.u);
+                    s[0][i] -= kick.f_alpha_arcsec[0];
+                    s[1][i] -= kick.f_alpha_arcsec[1];
+                },
+            );
+            let alpha = (alpha / plane.inv_r_s2).sqrt();
+            if spot.is_rough(plane, alpha, tolerance) {
+                rough.push((number, alpha, outline.image(plane.centre_arcsec)));
+            }
         }
     }
-}
-
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-pub(super) fn edge_through(edge: &mut Edge, planes: &[Plane], tolerance: f64, rough: &mut Vec<RoughPlane>) {
-    edge_loop(edge, planes, tolerance, rough);
 }

@@ -2,9 +2,8 @@
 
 use super::chebyshev::{ROW_SIDE, SIDE, fine_number, nodes};
 use super::field::Field;
-use super::kick::Kick;
-use super::tile::Met;
-use super::way::Rows;
+use super::phase_space::Rows;
+use super::rough_plane::RoughPlane;
 use crate::mapping::multiplane::plane::Plane;
 
 /// Nodes of paths, and those of them that are nodes of rows.
@@ -16,28 +15,53 @@ pub(super) const EDGE_NODES: [usize; 8] = {
     const UP: [usize; 3] = [0, SIDE * (LAST / 2), SIDE * LAST];
     [0, LAST / 2, LAST, UP[1], UP[1] + LAST, UP[2], UP[2] + LAST / 2, UP[2] + LAST]
 };
-/// Rays of a survey: nodes, then rays that only compare; two tiles of the exact recursion.
+/// Rays of a sample: nodes, then rays that only compare; two tiles of the exact recursion.
 pub(super) const RAYS: usize = 96;
 
-/// A rough plane as the rays of a survey meet it.
-pub(super) struct Rough<'a> {
-    pub kick: Kick<'a>,
+/// Directions and kicks of all rays at one plane.
+pub(super) struct Met {
+    pub theta_arcsec: Vec<[f64; 2]>,
+    pub kick_arcsec: Vec<[f64; 2]>,
+}
+
+impl Met {
+    pub fn with_room(rays: usize) -> Self {
+        Self { theta_arcsec: Vec::with_capacity(rays), kick_arcsec: Vec::with_capacity(rays) }
+    }
+
+    /// What blocks of rays met at every event, as one block after the other.
+    pub fn joined(blocks: impl IntoIterator<Item = Vec<Self>>) -> Vec<Self> {
+        let mut blocks = blocks.into_iter();
+        let mut all = blocks.next().unwrap_or_default();
+        for block in blocks {
+            for (met, more) in all.iter_mut().zip(block) {
+                met.theta_arcsec.extend(more.theta_arcsec);
+                met.kick_arcsec.extend(more.kick_arcsec);
+            }
+        }
+        all
+    }
+}
+
+/// A rough plane as the rays of a sample meet it.
+pub(super) struct SampledPlane {
+    pub plane: RoughPlane,
     pub met: Met,
     /// Rows at the coarse nodes, with the Hessians of smooth haloes and nothing of the rough ones.
     pub rows: [Rows; ROW_NODES],
 }
 
 /// A square seen through its surroundings.
-pub(super) struct Survey<'a> {
+pub(super) struct Sample {
     pub square: Field,
     pub theta_arcsec: Vec<[f64; 2]>,
-    pub rough: Vec<Rough<'a>>,
+    pub rough: Vec<SampledPlane>,
     /// β of every ray, and rows at the end at the coarse nodes.
     pub beta_arcsec: Vec<[f64; 2]>,
     pub end_rows: [Rows; ROW_NODES],
 }
 
-/// Rays of a survey; `images` are directions in which rough haloes are seen, strongest first.
+/// Rays of a sample; `images` are directions in which rough haloes are seen, strongest first.
 ///
 /// Half of the checks pass close to haloes, where errors are largest (at the centre itself kicks are zero, and their
 /// errors nearly so): at a twentieth to a quarter of the half side, in all directions. The others are spread evenly
@@ -63,7 +87,7 @@ pub(super) fn rays(square: &Field, images_arcsec: &[[f64; 2]]) -> Vec<[f64; 2]> 
     rays
 }
 
-/// The rays of a survey that are coarse nodes.
+/// The rays of a sample that are coarse nodes.
 pub(super) fn row_nodes(theta_arcsec: &[[f64; 2]]) -> [[f64; 2]; ROW_NODES] {
     std::array::from_fn(|k| theta_arcsec[fine_number(k)])
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 /// A zero contour: points between nodes, in order; the first is not repeated at the end of a closed one.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Contour {
+pub struct Contour {
     /// The edges crossed: both nodes, the negative one first.
     pub crossings: Vec<[usize; 2]>,
     /// False where the contour runs out of the grid.
@@ -15,7 +15,7 @@ pub(super) struct Contour {
 ///
 /// Zero counts as positive. In a saddle cell (diagonal signs) the mean of the corners decides which pair is joined.
 /// Cells with a value that is not finite are left out.
-pub(super) fn zero_contours(values: &[f64], columns: usize, rows: usize) -> Vec<Contour> {
+pub fn zero_contours(values: &[f64], columns: usize, rows: usize) -> Vec<Contour> {
     let mut next: HashMap<[usize; 2], [usize; 2]> = HashMap::new();
     let mut starts: Vec<[usize; 2]> = Vec::new();
     let mut entered: HashMap<[usize; 2], bool> = HashMap::new();

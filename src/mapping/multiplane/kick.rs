@@ -1,0 +1,178 @@
+//! What planes do to rays: the one place with the equations of a halo's kick, its derivatives and its potential.
+//!
+//! A ray that meets a plane in the direction θ changes its slope by −f·α(θ). A halo with its sheet has
+//! f·α = f·k·m(u)·t − f·κ·θ, t = θ − c, u = |t|²/r_s²; H = ∂α/∂θ and T = ∂H/∂θ follow from m, u·m′ and u²·m″.
+
+use super::plane::{LensPlane, Plane};
+use crate::profile::mass::{MassProfile, RadialDerivatives, nfw_radial, truncated, truncated_potential};
+
+/// How one ray is kicked by a halo and its sheet.
+pub(super) struct Kick {
+    /// f·α in arcsec.
+    pub f_alpha_arcsec: [f64; 2],
+    /// f·k·m and u: the halo alone deflects by f·k·m·√u·r_s.
+    pub fkm: f64,
+    pub u: f64,
+}
+
+impl Plane {
+    /// Kicks of `N` rays that go together and meet the plane in the directions θ = `per_x`·`x`: comoving positions and
+    /// 1/χ, or directions and 1.
+    ///
+    /// From `ORDER` 1 on `distort` is given f·H (xx, xy, yy) and f·T (xxx, xxy, xyy, yyy; from 2 on) of every ray by its
+    /// number, before `turn` is given its kick. The loops are branch-free where all rays lie in one regime of u.
+    #[inline(always)]
+    pub fn kick<const ORDER: usize, const N: usize>(
+        &self,
+        x: &[[f64; N]; 2],
+        per_x: f64,
+        mut distort: impl FnMut(usize, [f64; 3], [f64; 4]),
+        mut turn: impl FnMut(usize, Kick),
+    ) {
+        let (mut tx, mut ty, mut u) = ([0.0; N], [0.0; N], [0.0; N]);
+        for i in 0..N {
+            tx[i] = x[0][i] * per_x - self.centre_arcsec[0];
+            ty[i] = x[1][i] * per_x - self.centre_arcsec[1];
+            u[i] = self.u(tx[i], ty[i]);
+        }
+        let (mut m, mut p1, mut p2) = ([0.0; N], [0.0; N], [0.0; N]);
+        radial_functions::<ORDER, N>(self.tau, &u, &mut m, &mut p1, &mut p2);
+        if ORDER >= 1 {
+            for i in 0..N {
+                let inv_r = (self.inv_r_s2 / u[i]).sqrt();
+                let n = [tx[i] * inv_r, ty[i] * inv_r];
+                let radial = RadialDerivatives { k: self.fk, m: m[i], p1: p1[i], p2: p2[i] };
+                let [xx, xy, yy] = radial.hessian(n);
+                let third = if ORDER >= 2 { radial.third_derivatives(n, inv_r) } else { [0.0; 4] };
+                distort(i, [xx - self.f_sheet, xy, yy - self.f_sheet], third);
+            }
+        }
+        let sheet = self.f_sheet * per_x;
+        for i in 0..N {
+            let fkm = self.fk * m[i];
+            let f_alpha_arcsec = [fkm * tx[i] - sheet * x[0][i], fkm * ty[i] - sheet * x[1][i]];
+            turn(i, Kick { f_alpha_arcsec, fkm, u: u[i] });
+        }
+    }
+
+    /// f·H (xx, xy, yy) in one direction.
+    pub fn hessian(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let mut hessian = [0.0; 3];
+        self.kick::<1, 1>(&[[x], [y]], 1.0, |_, h, _| hessian = h, |_, _| ());
+        hessian
+    }
+
+    /// f·ψ in one direction, arcsec²; zero at the halo's centre but for the sheet.
+    pub fn potential(&self, theta: [f64; 2]) -> f64 {
+        let u = self.u(theta[0] - self.centre_arcsec[0], theta[1] - self.centre_arcsec[1]);
+        let integral =
+            if self.tau.is_finite() { truncated_potential(u, self.tau) } else { nfw_radial::potential(u) };
+        let sheet = self.f_sheet * (theta[0] * theta[0] + theta[1] * theta[1]);
+        0.5 * (self.fk / self.inv_r_s2 * integral - sheet)
+    }
+}
+
+impl LensPlane {
+    /// f·α in one direction, arcsec.
+    pub fn kick(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        self.profile.deflection(x, y).map(|alpha| self.f * alpha)
+    }
+
+    /// f·H (xx, xy, yy) in one direction.
+    pub fn hessian(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        self.profile.hessian(x, y).map(|h| self.f * h)
+    }
+
+    /// f·T (xxx, xxy, xyy, yyy) in one direction, per arcsec.
+    pub fn third_derivatives(&self, [x, y]: [f64; 2]) -> [f64; 4] {
+        self.profile.third_derivatives(x, y).map(|t| self.f * t)
+    }
+
+    /// f·ψ in one direction, arcsec².
+    pub fn potential(&self, [x, y]: [f64; 2]) -> f64 {
+        self.f * self.profile.potential(x, y)
+    }
+}
+
+/// The regime of u in which all rays lie, if there is one.
+enum Regime {
+    Inner,
+    Outer,
+    Far,
+    Mixed,
+}
+
+#[inline(always)]
+fn regime<const N: usize>(u: &[f64; N]) -> Regime {
+    let (mut inner, mut outer, mut far) = (0_u64, 0_u64, 0_u64);
+    for v in u {
+        inner += u64::from(*v < nfw_radial::INNER_END);
+        outer += u64::from(*v > nfw_radial::OUTER_START);
+        far += u64::from(*v > nfw_radial::FAR_START);
+    }
+    let all = N as u64;
+    match (inner, outer, far) {
+        (_, _, n) if n == all => Regime::Far,
+        (n, _, _) if n == all => Regime::Inner,
+        (_, n, 0) if n == all => Regime::Outer,
+        _ => Regime::Mixed,
+    }
+}
+
+/// m (and u·m′, u²·m″) of all rays; the loops over one regime are branch-free.
+#[inline(always)]
+fn radial_functions<const ORDER: usize, const N: usize>(
+    tau: f64,
+    u: &[f64; N],
+    m: &mut [f64; N],
+    p1: &mut [f64; N],
+    p2: &mut [f64; N],
+) {
+    match regime(u) {
+        _ if tau.is_finite() => {
+            for i in 0..N {
+                [m[i], p1[i], p2[i]] = truncated(u[i], &nfw_radial::basis(u[i]), tau);
+            }
+        }
+        Regime::Far if ORDER == 0 => {
+            for i in 0..N {
+                m[i] = nfw_radial::far(u[i]).m;
+            }
+        }
+        Regime::Outer if ORDER == 0 => {
+            for i in 0..N {
+                m[i] = nfw_radial::m_outer(u[i]);
+            }
+        }
+        Regime::Inner if ORDER == 0 => {
+            for i in 0..N {
+                m[i] = nfw_radial::m_inner(u[i]);
+            }
+        }
+        Regime::Mixed if ORDER == 0 => {
+            for i in 0..N {
+                m[i] = nfw_radial::m(u[i]);
+            }
+        }
+        Regime::Far => {
+            for i in 0..N {
+                [m[i], p1[i], p2[i]] = nfw_radial::far(u[i]).nfw();
+            }
+        }
+        Regime::Outer => {
+            for i in 0..N {
+                [m[i], p1[i], p2[i]] = nfw_radial::outer(u[i]).nfw();
+            }
+        }
+        Regime::Inner => {
+            for i in 0..N {
+                [m[i], p1[i], p2[i]] = nfw_radial::inner(u[i]).nfw();
+            }
+        }
+        Regime::Mixed => {
+            for i in 0..N {
+                [m[i], p1[i], p2[i]] = nfw_radial::basis(u[i]).nfw();
+            }
+        }
+    }
+}
