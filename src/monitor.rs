@@ -75,6 +75,19 @@ impl Monitor for Silent {
     fn end(&self) {}
 }
 
+/// Work inside a task that has its own count: it can be stopped, but does not report.
+pub struct Uncounted<'a>(pub &'a dyn Monitor);
+
+impl Monitor for Uncounted<'_> {
+    fn begin(&self, _: &str, _: Option<u64>) {}
+    fn advance(&self, _: u64) {}
+    fn tell(&self, _: &str) {}
+    fn end(&self) {}
+    fn is_cancelled(&self) -> bool {
+        self.0.is_cancelled()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Mutex;

@@ -4,7 +4,7 @@ mod containers;
 mod documents;
 
 pub use containers::{
-    AttributeValue, Column, Provenance, RunFile, Staging, Table, Values, check_writable, read_checkpoint,
-    write_atomically, write_checkpoint,
+    AttributeValue, Column, Provenance, RunFile, Saved, Staging, Table, Values, check_writable, hash,
+    read_checkpoint, write_atomically, write_checkpoint,
 };
 pub use documents::*;

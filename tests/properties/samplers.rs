@@ -6,11 +6,12 @@ use haloray::inference::sample::{
     ValleySettings,
 };
 use haloray::inference::{LatentLikelihood, RunStatus, SamplerRun};
+use haloray::monitor::Silent;
 
 fn run(settings: SamplerSettings, problem: &Problem, seed: u64) -> (SamplerRun, RunStatus) {
-    let mut run = SamplerRun::start(&settings, seed, problem).unwrap();
-    let progress = run.finish(problem.likelihood, &|z| z.to_vec(), |_, _| Ok(())).unwrap();
-    (run, progress)
+    let mut run = SamplerRun::start(&settings, seed, problem, &Silent).unwrap();
+    let status = run.finish(problem.likelihood, &|z| z.to_vec(), &Silent).unwrap();
+    (run, status)
 }
 
 fn nuts() -> SamplerSettings {
@@ -32,13 +33,13 @@ fn all_samplers() -> [SamplerSettings; 5] {
 }
 
 /// Mean and standard deviation of every coordinate, with the effective number of draws.
-fn moments(run: &SamplerRun, progress: &RunStatus) -> Vec<(f64, f64, f64)> {
+fn moments(run: &SamplerRun, status: &RunStatus) -> Vec<(f64, f64, f64)> {
     (0..run.chains().dimension)
         .map(|i| {
             let draws = run.chains().coordinate(i).concat();
             let mean = draws.iter().sum::<f64>() / draws.len() as f64;
             let square = draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / draws.len() as f64;
-            (mean, square.sqrt(), progress.quantities[i].ess_bulk)
+            (mean, square.sqrt(), status.quantities[i].ess_bulk)
         })
         .collect()
 }
@@ -61,9 +62,9 @@ fn nuts_finds_a_correlated_normal_in_twenty_dimensions() {
     let starts = [mean.as_slice().to_vec()];
     let metric = target.metric();
     let problem = Problem { likelihood: &target, starts: &starts, metric: Some(&metric) };
-    let (run, progress) = run(nuts(), &problem, 1);
-    assert!(progress.is_converged && progress.divergences == 0);
-    assert_moments(&moments(&run, &progress), mean.as_slice(), &deviations);
+    let (run, status) = run(nuts(), &problem, 1);
+    assert!(status.is_converged && status.divergences == 0);
+    assert_moments(&moments(&run, &status), mean.as_slice(), &deviations);
     // Correlations of neighbours too.
     let draws = run.chains().chains.iter().flat_map(|chain| chain.z.chunks_exact(20));
     let (mut found, mut count) = ([0.0; 19], 0.0);
@@ -83,11 +84,11 @@ fn nuts_needs_no_metric() {
     let target = Normal::correlated(8);
     let starts = [vec![0.0; 8], vec![0.5; 8]];
     let problem = Problem { likelihood: &target, starts: &starts, metric: None };
-    let (run, progress) = run(nuts(), &problem, 2);
-    assert!(progress.is_converged);
+    let (run, status) = run(nuts(), &problem, 2);
+    assert!(status.is_converged);
     let covariance = target.covariance();
     let deviations: Vec<f64> = (0..8).map(|i| covariance[(i, i)].sqrt()).collect();
-    assert_moments(&moments(&run, &progress), target.mean().as_slice(), &deviations);
+    assert_moments(&moments(&run, &status), target.mean().as_slice(), &deviations);
 }
 
 #[test]
@@ -96,8 +97,8 @@ fn nuts_stops_unconverged_when_its_gradients_are_used_up() {
     let starts = [vec![0.0; 8]];
     let problem = Problem { likelihood: &target, starts: &starts, metric: None };
     let limited = NutsSettings { max_gradients: 1, block_draws: 20, ..NutsSettings::default() };
-    let (run, progress) = run(SamplerSettings::Nuts(limited), &problem, 2);
-    assert!(progress.is_finished && !progress.is_converged);
+    let (run, status) = run(SamplerSettings::Nuts(limited), &problem, 2);
+    assert!(status.is_finished && !status.is_converged);
     assert_eq!(run.chains().draws(), 20);
 }
 
@@ -108,9 +109,9 @@ fn all_samplers_agree_on_a_banana_and_at_an_edge() {
         let problem = Problem { likelihood, starts: &starts, metric: None };
         let (mean, deviation, log_evidence) = by_quadrature(likelihood);
         for settings in all_samplers() {
-            let (run, progress) = run(settings, &problem, 3);
-            assert!(progress.is_converged, "{settings:?}");
-            assert_moments(&moments(&run, &progress), &mean, &deviation);
+            let (run, status) = run(settings, &problem, 3);
+            assert!(status.is_converged, "{settings:?}");
+            assert_moments(&moments(&run, &status), &mean, &deviation);
             if let Some(evidence) = run.evidence() {
                 let error = (evidence.log_evidence - log_evidence) / evidence.log_evidence_error;
                 assert!(error.abs() < 4.0 && evidence.log_evidence_error < 0.2, "{evidence:?}");
@@ -127,9 +128,9 @@ fn all_samplers_agree_in_ten_correlated_dimensions() {
     let starts = [mean.as_slice().to_vec()];
     let problem = Problem { likelihood: &target, starts: &starts, metric: Some(&metric) };
     for settings in all_samplers() {
-        let (run, progress) = run(settings, &problem, 4);
-        assert!(progress.is_converged, "{settings:?}");
-        assert_moments(&moments(&run, &progress), mean.as_slice(), &deviations);
+        let (run, status) = run(settings, &problem, 4);
+        assert!(status.is_converged, "{settings:?}");
+        assert_moments(&moments(&run, &status), mean.as_slice(), &deviations);
         if let Some(evidence) = run.evidence() {
             let error = (evidence.log_evidence - target.log_evidence()) / evidence.log_evidence_error;
             assert!(error.abs() < 4.0 && evidence.log_evidence_error < 0.5, "{evidence:?}");
@@ -141,8 +142,8 @@ fn all_samplers_agree_in_ten_correlated_dimensions() {
 fn the_valley_sampler_follows_a_narrow_valley_that_bends() {
     let starts = [vec![0.0; 3]];
     let problem = Problem { likelihood: &Gorge, starts: &starts, metric: None };
-    let (run, progress) = run(valley(), &problem, 8);
-    assert!(progress.is_converged, "{progress:?}");
+    let (run, status) = run(valley(), &problem, 8);
+    assert!(status.is_converged, "{status:?}");
     // Across the valley only its floor counts: means over z₀ by quadrature.
     let mut sums = [[0.0; 3]; 2];
     let mut norm = 0.0;
@@ -157,7 +158,7 @@ fn the_valley_sampler_follows_a_narrow_valley_that_bends() {
     }
     let means = sums[0].map(|sum| sum / norm);
     let deviations: Vec<f64> = (0..3).map(|i| (sums[1][i] / norm - means[i] * means[i]).sqrt()).collect();
-    assert_moments(&moments(&run, &progress), &means, &deviations);
+    assert_moments(&moments(&run, &status), &means, &deviations);
     // And the draws scatter about it by its width.
     let draws = run.chains().coordinate(0).concat().into_iter().zip(run.chains().coordinate(1).concat());
     let across: Vec<f64> = draws.map(|(a, b)| (b - Gorge::floor(a)[0]) / 1e-3).collect();
@@ -168,10 +169,10 @@ fn the_valley_sampler_follows_a_narrow_valley_that_bends() {
 #[test]
 fn nested_sampling_weighs_two_peaks() {
     let problem = Problem { likelihood: &TwoPeaks, starts: &[], metric: None };
-    let (run, progress) = run(SamplerSettings::Nested(NestedSettings::default()), &problem, 5);
+    let (run, status) = run(SamplerSettings::Nested(NestedSettings::default()), &problem, 5);
     let evidence = run.evidence().unwrap();
     let off = (evidence.log_evidence - TwoPeaks::log_evidence()) / evidence.log_evidence_error;
-    assert!(progress.is_converged && off.abs() < 4.0 && evidence.log_evidence_error < 0.15);
+    assert!(status.is_converged && off.abs() < 4.0 && evidence.log_evidence_error < 0.15);
     // Both peaks hold half: the scatter is that of 600 live points, not of the draws.
     let draws = run.chains().coordinate(0).concat();
     let right = draws.iter().filter(|x| **x > 0.0).count() as f64 / draws.len() as f64;
@@ -190,8 +191,8 @@ fn chains_in_separate_peaks_are_not_converged() {
         ensembles: 2,
         ..EnsembleSliceSettings::default()
     };
-    let (_, progress) = run(SamplerSettings::EnsembleSlice(settings), &problem, 6);
-    assert!(progress.is_finished && !progress.is_converged && progress.worst.r_hat > 1.5, "{progress:?}");
+    let (_, status) = run(SamplerSettings::EnsembleSlice(settings), &problem, 6);
+    assert!(status.is_finished && !status.is_converged && status.worst.r_hat > 1.5, "{status:?}");
 }
 
 #[test]
@@ -199,17 +200,17 @@ fn a_run_that_was_saved_and_continued_has_the_same_bytes() {
     let starts = [vec![0.3, 0.1]];
     let problem = Problem { likelihood: &Banana, starts: &starts, metric: None };
     for settings in all_samplers() {
-        let mut whole = SamplerRun::start(&settings, 5, &problem).unwrap();
+        let mut whole = SamplerRun::start(&settings, 5, &problem, &Silent).unwrap();
         let mut broken = whole.clone();
         for _ in 0..5 {
-            whole.advance(&Banana);
-            let saved = serde_json::to_string(&broken).unwrap();
-            broken = serde_json::from_str(&saved).unwrap();
-            broken.advance(&Banana);
+            whole.advance(&Banana, &Silent).unwrap();
+            let saved = postcard::to_allocvec(&broken).unwrap();
+            broken = postcard::from_bytes(&saved).unwrap();
+            broken.advance(&Banana, &Silent).unwrap();
         }
         assert_eq!(whole, broken);
         for run in [&mut whole, &mut broken] {
-            run.finish(&Banana, &|z| z.to_vec(), |_, _| Ok(())).unwrap();
+            run.finish(&Banana, &|z| z.to_vec(), &Silent).unwrap();
         }
         assert!(whole.chains().draws() > 100 && whole == broken);
     }
@@ -223,8 +224,8 @@ fn threads_change_no_byte() {
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut run = SamplerRun::start(&settings, 6, &problem).unwrap();
-                (0..5).for_each(|_| run.advance(&Banana));
+                let mut run = SamplerRun::start(&settings, 6, &problem, &Silent).unwrap();
+                (0..5).for_each(|_| run.advance(&Banana, &Silent).unwrap());
                 run
             })
         };
@@ -236,7 +237,7 @@ fn threads_change_no_byte() {
 fn hopeless_problems_are_refused() {
     let starts = [vec![0.0, 0.0]];
     let refused = |settings: SamplerSettings, problem: Problem| {
-        SamplerRun::start(&settings, 7, &problem).unwrap_err().to_string()
+        SamplerRun::start(&settings, 7, &problem, &Silent).unwrap_err().to_string()
     };
     for settings in all_samplers() {
         let message = refused(settings, Problem { likelihood: &Nowhere, starts: &starts, metric: None });

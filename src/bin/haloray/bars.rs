@@ -36,13 +36,6 @@ impl Bars {
         result
     }
 
-    /// Ends every stage that runs.
-    pub fn finish(&self) {
-        while !self.running.lock().unwrap_or_else(|e| e.into_inner()).is_empty() {
-            self.end();
-        }
-    }
-
     /// The stages that ended, in order, with their seconds.
     pub fn seconds(&self) -> Vec<(String, f64)> {
         let ended = self.ended.lock().unwrap_or_else(|e| e.into_inner());

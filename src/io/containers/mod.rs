@@ -17,7 +17,7 @@ mod table_hdf5;
 
 pub use atomic_file::{check_writable, write_atomically};
 pub use attribute::AttributeValue;
-pub use checkpoint_file::{read_checkpoint, write_checkpoint};
+pub use checkpoint_file::{Saved, hash, read_checkpoint, write_checkpoint};
 pub use provenance::Provenance;
 pub use run_file::RunFile;
 pub use staging::Staging;
