@@ -7,10 +7,9 @@
 
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
 use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::likelihood::LikelihoodKind;
-use haloray::inference::model::{CompiledModel, ModelDescription};
+use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::sample::{SamplerSettings, ValleySettings};
-use haloray::inference::{Fit, FitSettings, Observation};
+use haloray::inference::{Fit, FitSettings, NoStore, Observation};
 use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
 use haloray::monitor::Silent;
 use haloray::numerics::random::{Stage, StreamName, stream};
@@ -66,11 +65,11 @@ fn main() -> Result<()> {
                 min_ess: ESS_LIMIT,
                 seed: SEED,
             };
-            let fit = Fit::run(observation, model.clone(), settings, None, |_| Ok(()))?;
+            let fit = Fit::run(observation, model.clone(), settings, &mut NoStore, &Silent)?;
             let offsets = fit.parameters.iter().zip(&truths);
             let worst =
                 offsets.map(|(p, truth)| ((p.mean - truth) / p.standard_deviation).abs()).fold(0.0, f64::max);
-            let converged = fit.progress.is_converged;
+            let converged = fit.status.is_converged;
             println!("| {number} | {converged} | {} | {worst:.1} | {:.3} |", worst < 5.0, fit.chi2_reduced());
             Ok((converged, worst))
         })

@@ -8,8 +8,7 @@
 //! cargo run --release --example catalogue_forecast
 
 use haloray::imaging::{Instrument, PixelSampling, Psf};
-use haloray::inference::likelihood::LikelihoodKind;
-use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
+use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::{ImageLikelihood, Maximum, Observation, climb_from};
 use haloray::mock::{MockImage, MockSystem, PerturberRule, Protocol, SourceRule};
 use haloray::{Error, Result};
@@ -98,12 +97,8 @@ fn climb(
 ) -> Result<([(f64, f64); 2], Maximum)> {
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
     let exposure = MockImage::expose(system, camera, &psf, PixelSampling::Point, SEED)?.exposure;
-    let likelihood = ImageLikelihood {
-        mesh: Mesh::of_centres(&exposure.grid),
-        observation: Observation::of_camera(exposure.grid, exposure.noise_free_e_s, camera, psf),
-        model: model.clone(),
-        kind: LikelihoodKind::Gaussian,
-    };
+    let observation = Observation::of_camera(exposure.grid, exposure.noise_free_e_s, camera, psf);
+    let likelihood = ImageLikelihood::new(observation, model.clone(), LikelihoodKind::Gaussian)?;
     let start = climb_from(&likelihood, latent)?;
     let (values, slopes) = model.at_latent(&start.latent);
     let singular = || Error::out_of_range("the Fisher matrix", "singular", "positive definite");

@@ -10,11 +10,11 @@ use std::path::Path;
 
 use haloray::imaging::PixelSampling;
 use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::likelihood::LikelihoodKind;
-use haloray::inference::model::{CompiledModel, ModelDescription};
+use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::sample::{Problem, SamplerSettings, StretchSettings, ValleySettings};
-use haloray::inference::{DrawStatistics, Fit, FitSettings, SamplerRun};
+use haloray::inference::{DrawStatistics, Fit, FitSettings, NoStore, SamplerRun};
 use haloray::io::{CATALOGUE_GROUP, Table, Values, read_observation};
+use haloray::monitor::Silent;
 use haloray::{Error, Result};
 
 /// Evaluations of the authors' chains for one image.
@@ -50,10 +50,10 @@ fn main() -> Result<()> {
     for (row, name) in names.iter().enumerate().filter(|(i, _)| rows.is_empty() || rows.contains(i)) {
         let (observation, _) = read_observation(&Path::new(&folder).join(name))?;
         let model = CompiledModel::new(&ModelDescription::built_in("comprehensive")?)?;
-        let fit = Fit::run(observation, model, settings, None, |_| Ok(()))?;
-        let posterior = SHEARS.map(|name| fit.draws_of(name).unwrap_or_default());
+        let fit = Fit::run(observation, model, settings, &mut NoStore, &Silent)?;
+        let posterior = SHEARS.map(|name| fit.draws_of(name).unwrap_or_default().to_vec());
 
-        let free = fit.likelihood.model.free.iter();
+        let free = fit.likelihood.model().free.iter();
         let true_value = |name: &str| -> Result<f64> { Ok(truth.required_f64(name)?[row]) };
         let start =
             free.map(|p| Ok(p.prior.to_latent(true_value(&p.name)?))).collect::<Result<Vec<f64>>>()?;
@@ -61,7 +61,7 @@ fn main() -> Result<()> {
 
         let sigmas = [uncertainty(&posterior), uncertainty(&chains)];
         let [ours, theirs] = sigmas;
-        let worst = fit.progress.worst.r_hat;
+        let worst = fit.status.worst.r_hat;
         println!("| {name} | {ours:.4} | {theirs:.4} | {:.2} | {worst:.3} | {r_hat:.2} |", theirs / ours);
         sums = [sums[0] + ours, sums[1] + theirs];
         count += 1.0;
@@ -72,7 +72,7 @@ fn main() -> Result<()> {
 
 /// Two ensembles of the authors' length from one start; draws of γ_LOS of their second halves, and the worst R-hat of it.
 fn chains_from(fit: &Fit, start: Vec<f64>) -> Result<([Vec<Vec<f64>>; 2], f64)> {
-    let model = &fit.likelihood.model;
+    let model = fit.likelihood.model();
     let half = EVALUATIONS / (WALKERS * model.free.len()) / 2;
     let settings = SamplerSettings::Stretch(StretchSettings {
         ensembles: 2,
@@ -85,11 +85,11 @@ fn chains_from(fit: &Fit, start: Vec<f64>) -> Result<([Vec<Vec<f64>>; 2], f64)> 
         ..StretchSettings::default()
     });
     let problem = Problem { likelihood: &fit.likelihood, starts: &[start], metric: None };
-    let mut run = SamplerRun::start(&settings, 1, &problem)?;
-    let progress = run.finish(&fit.likelihood, &|z| model.at_latent(z).0, |_, _| Ok(()))?;
+    let mut run = SamplerRun::start(&settings, 1, &problem, &Silent)?;
+    let status = run.finish(&fit.likelihood, &|z| model.at_latent(z).0, &Silent)?;
     let place = |name: &str| model.free.iter().position(|p| p.name == name).unwrap_or(0);
     let draws = SHEARS.map(|name| run.chains().map(|z| model.at_latent(z).0[place(name)]));
-    let r_hat = SHEARS.map(|name| progress.quantities[place(name)].r_hat);
+    let r_hat = SHEARS.map(|name| status.quantities[place(name)].r_hat);
     Ok((draws, r_hat[0].max(r_hat[1])))
 }
 

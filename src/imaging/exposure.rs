@@ -2,7 +2,6 @@
 
 use super::grid::SkyGrid;
 use super::instrument::Instrument;
-use super::noise::add_noise;
 use super::pixels::{PixelSampling, integrate_pixels};
 use super::psf::Psf;
 use super::scene::Scene;
@@ -37,13 +36,13 @@ pub fn expose(
     instrument: &Instrument,
     psf: &Psf,
     sampling: PixelSampling,
-    noise: StreamName,
+    noise_stream: StreamName,
     monitor: &dyn Monitor,
 ) -> Result<Exposure> {
-    let rms = instrument.background_rms_e_s();
-    let flux = integrate_pixels(scene, &grid, sampling, TOLERANCE_OF_BACKGROUND_RMS * rms, monitor)?;
+    let noise = instrument.noise();
+    let tolerance = TOLERANCE_OF_BACKGROUND_RMS * noise.background_rms_e_s;
+    let flux = integrate_pixels(scene, &grid, sampling, tolerance, monitor)?;
     let noise_free_e_s = psf.convolve(&flux, grid.pixels());
-    let StreamName { seed, realisation, stage } = noise;
-    let noisy_e_s = add_noise(&noise_free_e_s, rms, instrument.exposure_s, seed, realisation, stage);
+    let noisy_e_s = noise.added_to(&noise_free_e_s, noise_stream);
     Ok(Exposure { grid, noise_free_e_s, noisy_e_s })
 }

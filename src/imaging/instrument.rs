@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::noise::Noise;
 use crate::error::{Domain, Error, Result, shortest};
 
 /// A camera and one exposure with it. The default is HST WFC3/IR F160W as in the paper.
@@ -85,5 +86,10 @@ impl Instrument {
     pub fn background_rms_e_s(&self) -> f64 {
         let sky_e = self.flux_e_s(self.sky_mag_arcsec2) * self.pixel_scale_arcsec.powi(2) * self.exposure_s;
         (self.read_noise_e.powi(2) + sky_e).sqrt() / self.exposure_s
+    }
+
+    /// The noise of its pixels.
+    pub fn noise(&self) -> Noise {
+        Noise { background_rms_e_s: self.background_rms_e_s(), exposure_s: self.exposure_s }
     }
 }

@@ -11,7 +11,7 @@ mod scene;
 pub use exposure::{Exposure, expose};
 pub use grid::SkyGrid;
 pub use instrument::Instrument;
-pub use noise::add_noise;
+pub use noise::Noise;
 pub use pixels::{PixelSampling, integrate_pixels};
 pub use psf::Psf;
 pub use scene::Scene;

@@ -1,40 +1,18 @@
 //! A fit from image and model to posterior: blind start, mesh, sampler until converged, summary.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::diagnose::{Convergence, DrawStatistics};
-use super::likelihood::{ImageLikelihood, LikelihoodKind, ModelImage, Observation};
-use super::model::{CompiledModel, Mesh, Quantity};
-use super::optimise::{Maximum, climb_from, find_start, to_the_top};
+use super::fit_settings::FitSettings;
+use super::likelihood::{Counter, ImageLikelihood, ModelImage, Observation};
+use super::model::{CompiledModel, Quantity};
+use super::optimise::{Maximum, to_the_top};
 use super::run::{RunStatus, SamplerRun};
-use super::sample::{Chains, Evidence, Problem, SamplerSettings};
+use super::sample::{Chains, Evidence, Problem};
+use super::store::{FitState, FitStore};
 use crate::error::{Error, Result};
-use crate::imaging::PixelSampling;
 use crate::mapping::tidal::LineOfSightModel;
-
-/// How to fit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FitSettings {
-    /// Which likelihood.
-    pub likelihood: LikelihoodKind,
-    /// How pixels are integrated.
-    pub pixel_sampling: PixelSampling,
-    /// The sampler and its settings.
-    pub sampler: SamplerSettings,
-    /// Effective draws of every quantity before which sampling goes on, [`ESS_LIMIT`](super::diagnose::ESS_LIMIT) or more.
-    pub min_ess: f64,
-    /// Seed of everything random.
-    pub seed: u64,
-}
-
-/// Where a fit stands.
-#[derive(Debug, Clone, Copy)]
-pub enum Stage<'a> {
-    /// Looking for a start.
-    Searching,
-    /// Sampling; the run may be saved.
-    Sampling(&'a SamplerRun, &'a RunStatus),
-}
+use crate::monitor::Monitor;
 
 /// What is told of one quantity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -81,8 +59,10 @@ pub struct Fit {
     pub maximum: Maximum,
     /// The draws that count, in latent coordinates.
     pub chains: Chains,
+    /// The draws of each fitted or derived quantity, in the order of `parameters`, chain by chain.
+    draws: Vec<Vec<Vec<f64>>>,
     /// How the sampling ended.
-    pub progress: RunStatus,
+    pub status: RunStatus,
     /// The evidence, of nested sampling.
     pub evidence: Option<Evidence>,
     /// One line a fitted or derived quantity.
@@ -96,75 +76,85 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Fits `observation`; `resumed` continues a run that was saved, `watch` sees every stage and may stop the fit.
+    /// Fits `observation`, going on where `store` has it from an earlier attempt.
     ///
     /// # Errors
-    /// Observations or priors that cannot be, and those of `watch`.
+    /// Observations or priors that cannot be, those of `store`, and [`Error::Cancelled`].
     pub fn run(
         observation: Observation,
         model: CompiledModel,
         settings: FitSettings,
-        resumed: Option<SamplerRun>,
-        mut watch: impl FnMut(Stage) -> Result<()>,
+        store: &mut dyn FitStore,
+        monitor: &dyn Monitor,
     ) -> Result<Self> {
-        observation.validate()?;
-        watch(Stage::Searching)?;
-        let mesh = Mesh::of_centres(&observation.grid);
-        let mut likelihood = ImageLikelihood { observation, model, kind: settings.likelihood, mesh };
-        let mut start = find_start(&likelihood, settings.seed)?;
-        if settings.pixel_sampling == PixelSampling::Adaptive {
-            refine_mesh(&mut likelihood, &mut start, settings.seed)?;
-        }
-        let starts = [start.latent.clone()];
-        let problem = Problem { likelihood: &likelihood, starts: &starts, metric: Some(&start.metric) };
-        let mut run = match resumed {
-            Some(run) => run,
-            None => SamplerRun::start(&settings.sampler, settings.seed, &problem)?.until(settings.min_ess)?,
+        let mut likelihood = ImageLikelihood::new(observation, model, settings.likelihood)?;
+        let mut state = FitState::load(store, &likelihood, &settings)?;
+        let (start, evaluations) = state.start(&mut likelihood, &settings, store, monitor)?;
+        let quantities = |z: &[f64]| quantities(likelihood.model(), z);
+        let task = monitor.task("sampling", None);
+        let (run, status) = loop {
+            match &mut state.run {
+                None => {
+                    let starts = [start.latent.clone()];
+                    let problem =
+                        Problem { likelihood: &likelihood, starts: &starts, metric: Some(&start.metric) };
+                    let run = SamplerRun::start(&settings.sampler, settings.seed, &problem, monitor)?;
+                    state.run = Some(run.until(settings.min_ess)?);
+                }
+                Some(run) => {
+                    let status = run.status(&quantities);
+                    task.tell(&status.to_string());
+                    if status.is_finished {
+                        break (run.clone(), status);
+                    }
+                    run.advance(&likelihood, monitor)?;
+                }
+            }
+            store.save(&state)?;
         };
-        let quantities = |z: &[f64]| quantities(&likelihood.model, z);
-        let progress =
-            run.finish(&likelihood, &quantities, |run, progress| watch(Stage::Sampling(run, progress)))?;
-        Self::summarise(likelihood, settings, start, run, progress)
+        Self::summarise(likelihood, settings, (start, evaluations), &run, status, monitor)
     }
 
     fn summarise(
         likelihood: ImageLikelihood,
         settings: FitSettings,
-        start: Maximum,
-        run: SamplerRun,
-        progress: RunStatus,
+        (start, evaluations): (Maximum, u64),
+        run: &SamplerRun,
+        status: RunStatus,
+        monitor: &dyn Monitor,
     ) -> Result<Self> {
-        let drawn = best_draw(run.chains()).and_then(|latent| to_the_top(&likelihood, latent.to_vec()));
-        let climbed = start.evaluations + drawn.as_ref().map_or(0, |top| top.evaluations);
+        let counter = Counter::new(monitor);
+        let drawn = best_draw(run.chains())
+            .and_then(|latent| to_the_top(&counter.watch(&likelihood), latent.to_vec()));
+        let evaluations = evaluations + run.evaluations() + counter.evaluations()?;
         let maximum = drawn.filter(|top| top.log_posterior > start.log_posterior).unwrap_or(start);
-        let best_values = quantities(&likelihood.model, &maximum.latent);
-        let chains = run.chains().without_first(progress.early_draws);
-        let best_fit = likelihood.model.at_latent(&maximum.latent).0;
-        let draws: Vec<Vec<f64>> = chains
-            .chains
-            .iter()
-            .flat_map(|chain| chain.z.chunks_exact(chains.dimension))
-            .map(|z| quantities(&likelihood.model, z))
-            .collect();
-        let mut parameters = Vec::new();
-        for (i, quantity) in likelihood.model.quantities().into_iter().enumerate() {
-            let column: Vec<f64> = draws.iter().map(|draw| draw[i]).collect();
+        let best_values = quantities(likelihood.model(), &maximum.latent);
+        let chains = run.chains().without_first(status.early_draws);
+        let best_fit = likelihood.model().at_latent(&maximum.latent).0;
+        let of_chain = |chain: &Vec<Vec<f64>>, i: usize| -> Vec<f64> {
+            chain[status.early_draws..].iter().map(|draw| draw[i]).collect()
+        };
+        let (mut parameters, mut draws) = (Vec::new(), Vec::new());
+        for (i, quantity) in likelihood.model().quantities().into_iter().enumerate() {
+            let own: Vec<Vec<f64>> = run.values().iter().map(|chain| of_chain(chain, i)).collect();
+            let column = own.concat();
             let statistics = DrawStatistics::of(&column)
                 .ok_or_else(|| Error::out_of_range("number of draws", column.len(), "at least 2"))?;
-            let convergence = progress.quantities.get(i).copied().unwrap_or(Convergence::worst(&[]));
+            let convergence = status.quantities.get(i).copied().unwrap_or(Convergence::worst(&[]));
             parameters.push(summary_of(quantity, statistics, best_values[i], convergence));
+            draws.push(own);
         }
         let image = likelihood.image(&best_fit).ok_or_else(|| {
             Error::out_of_range("the best fit", "without an image", "a model that can be evaluated")
         })?;
-        let evaluations = run.evaluations() + climbed;
         let evidence = run.evidence();
         Ok(Self {
             likelihood,
             settings,
             maximum,
             chains,
-            progress,
+            draws,
+            status,
             evidence,
             parameters,
             best_fit,
@@ -184,22 +174,9 @@ impl Fit {
     }
 
     /// The draws of one fitted or derived quantity, chain by chain.
-    pub fn draws_of(&self, name: &str) -> Option<Vec<Vec<f64>>> {
-        let i = self.parameters.iter().position(|p| p.name == name)?;
-        Some(self.chains.map(|z| quantities(&self.likelihood.model, z)[i]))
+    pub fn draws_of(&self, name: &str) -> Option<&[Vec<f64>]> {
+        self.draws.get(self.parameters.iter().position(|p| p.name == name)?).map(Vec::as_slice)
     }
-}
-
-fn refine_mesh(likelihood: &mut ImageLikelihood, start: &mut Maximum, seed: u64) -> Result<()> {
-    /// The maximum moves when the mesh does; twice is enough for it to settle.
-    const ROUNDS: usize = 2;
-    for _ in 0..ROUNDS {
-        likelihood.mesh = likelihood.adaptive_mesh(&start.latent, &start.metric, seed)?;
-        let evaluations = start.evaluations;
-        *start = climb_from(likelihood, start.latent.clone())?;
-        start.evaluations += evaluations;
-    }
-    Ok(())
 }
 
 /// The free parameters and, for the full line of sight, the minimal quantities it implies.

@@ -1,24 +1,26 @@
 //! A run of one sampler: its state between blocks, and the loop until convergence.
 
+use std::fmt;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::diagnose::{Convergence, ESS_LIMIT};
-use super::likelihood::LatentLikelihood;
-use super::sample::{
-    Chains, EnsembleState, Evidence, NestedState, NutsState, Plan, Problem, SamplerSettings, ValleyState,
-};
-use crate::error::{Result, require};
+use super::likelihood::{Counter, LatentLikelihood};
+use super::sample::{AnySampler, Chains, Evidence, Problem, SamplerSettings};
+use crate::error::{Domain, Result};
+use crate::monitor::Monitor;
 
 /// What must converge, as a function of z: the free parameters and whatever else is reported.
 pub type Quantities<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
-/// A run between two blocks. It can be saved (serde; every bit survives) and continued.
+/// A run between two blocks. It can be saved (serde, in a format that keeps every bit) and continued.
 ///
 /// ```
 /// use haloray::inference::LatentLikelihood;
 /// use haloray::inference::SamplerRun;
-/// use haloray::inference::sample::{Problem, SamplerSettings};
+/// use haloray::inference::sample::{NutsSettings, Problem, SamplerSettings};
+/// use haloray::monitor::Silent;
 ///
 /// /// One measurement of z: 1.0 ± 0.5.
 /// struct Measurement;
@@ -36,13 +38,10 @@ pub type Quantities<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 /// }
 ///
 /// let problem = Problem { likelihood: &Measurement, starts: &[vec![0.0]], metric: None };
-/// let mut run = SamplerRun::start(&SamplerSettings::default(), 42, &problem)?;
-/// let progress = run.finish(&Measurement, &|z| z.to_vec(), |run, _| {
-///     let saved = serde_json::to_string(run).unwrap_or_default(); // what a killed run continues from
-///     assert!(!saved.is_empty());
-///     Ok(())
-/// })?;
-/// assert!(progress.is_converged);
+/// let settings = SamplerSettings::Nuts(NutsSettings::default());
+/// let mut run = SamplerRun::start(&settings, 42, &problem, &Silent)?;
+/// let status = run.finish(&Measurement, &|z| z.to_vec(), &Silent)?;
+/// assert!(status.is_converged);
 /// let draws = run.chains().coordinate(0).concat();
 /// let mean = draws.iter().sum::<f64>() / draws.len() as f64;
 /// assert!((mean - 0.8).abs() < 0.1); // prior N(0, 1) and measurement together: 0.8 ± 0.45
@@ -50,22 +49,17 @@ pub type Quantities<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SamplerRun {
-    settings: SamplerSettings,
     seed: u64,
     /// Blocks done.
     block: u64,
-    state: State,
+    sampler: AnySampler,
     chains: Chains,
+    evaluations: u64,
     /// Effective draws of every quantity before which the run goes on.
     min_ess: f64,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-enum State {
-    Nuts(NutsState),
-    Valley(Box<ValleyState>),
-    Ensemble(EnsembleState),
-    Nested(NestedState),
+    /// Quantities of the draws by chain, draw and quantity, as far as they have been asked for.
+    #[serde(skip)]
+    values: Vec<Vec<Vec<f64>>>,
 }
 
 /// How far a run has come.
@@ -97,36 +91,38 @@ pub struct RunStatus {
     pub is_finished: bool,
 }
 
+impl fmt::Display for RunStatus {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if self.is_warming_up {
+            return write!(f, "warming up, {} evaluations", self.evaluations);
+        }
+        let Convergence { r_hat, ess_bulk, ess_tail } = self.worst;
+        write!(f, "{} draws, R-hat {r_hat:.3}, ESS {:.0}", self.draws, ess_bulk.min(ess_tail))
+    }
+}
+
 impl SamplerRun {
     /// Prepares a run.
     ///
     /// # Errors
     /// [`crate::Error::OutOfRange`] for settings out of their domain, a metric that is not positive definite,
     /// missing start points or ones where the likelihood is zero, and priors under which it is zero everywhere.
-    pub fn start(settings: &SamplerSettings, seed: u64, problem: &Problem) -> Result<Self> {
-        let dimension = problem.likelihood.dimension();
-        let ensemble = |plan: Plan, name: &str| -> Result<(State, Chains)> {
-            let walkers = plan.walkers(dimension);
-            let state = EnsembleState::start(plan, name, seed, problem)?;
-            Ok((State::Ensemble(state), Chains::new(dimension, walkers * plan.ensembles, walkers)))
-        };
-        let (state, chains) = match settings {
-            SamplerSettings::Nuts(nuts) => {
-                let state = NutsState::start(*nuts, seed, problem)?;
-                (State::Nuts(state), Chains::new(dimension, nuts.chains, 1))
-            }
-            SamplerSettings::Valley(valley) => {
-                let state = ValleyState::start(*valley, seed, problem)?;
-                (State::Valley(Box::new(state)), Chains::new(dimension, valley.chains, 1))
-            }
-            SamplerSettings::EnsembleSlice(slice) => ensemble(slice.plan(), "ensemble-slice")?,
-            SamplerSettings::Stretch(stretch) => ensemble(stretch.plan()?, "stretch")?,
-            SamplerSettings::Nested(nested) => {
-                let state = NestedState::start(*nested, seed, problem)?;
-                (State::Nested(state), Chains::new(dimension, nested.runs, 1))
-            }
-        };
-        Ok(Self { settings: *settings, seed, block: 0, state, chains, min_ess: ESS_LIMIT })
+    /// [`crate::Error::Cancelled`].
+    pub fn start(
+        settings: &SamplerSettings,
+        seed: u64,
+        problem: &Problem,
+        monitor: &dyn Monitor,
+    ) -> Result<Self> {
+        let counter = Counter::new(monitor);
+        let started = AnySampler::start(
+            settings,
+            seed,
+            &Problem { likelihood: &counter.watch(problem.likelihood), ..*problem },
+        );
+        let (evaluations, sampler) = (counter.evaluations()?, started?);
+        let chains = sampler.sampler().empty_chains(problem.likelihood.dimension());
+        Ok(Self { seed, block: 0, sampler, chains, evaluations, min_ess: ESS_LIMIT, values: vec![] })
     }
 
     /// The same run, which goes on until every quantity has more than `min_ess` effective draws, bulk and tail, even if it
@@ -135,73 +131,81 @@ impl SamplerRun {
     /// # Errors
     /// [`crate::Error::OutOfRange`] for fewer than convergence needs.
     pub fn until(self, min_ess: f64) -> Result<Self> {
-        require(min_ess >= ESS_LIMIT, "min_ess", min_ess, &format!("{ESS_LIMIT} or more"))?;
+        Domain::at_least(ESS_LIMIT).check("min_ess", min_ess)?;
         Ok(Self { min_ess, ..self })
     }
 
     /// Computes the next block.
-    pub fn advance(&mut self, likelihood: &dyn LatentLikelihood) {
-        self.block += 1;
-        let (seed, block, chains) = (self.seed, self.block, &mut self.chains);
-        match &mut self.state {
-            State::Nuts(nuts) => nuts.advance(likelihood, seed, block, chains),
-            State::Valley(valley) => valley.advance(likelihood, seed, block, chains),
-            State::Ensemble(ensemble) => ensemble.advance(likelihood, seed, block, chains),
-            State::Nested(nested) => nested.advance(likelihood, seed, block, chains),
-        }
-    }
-
-    /// Computes blocks until the run is finished; `after_block` sees every block, may save the run, and may
-    /// stop it by an error.
     ///
     /// # Errors
-    /// Those of `after_block`.
+    /// [`crate::Error::Cancelled`]: the block is spoilt, and with it this run; one that was saved before it can be continued.
+    pub fn advance(&mut self, likelihood: &dyn LatentLikelihood, monitor: &dyn Monitor) -> Result<()> {
+        let counter = Counter::new(monitor);
+        let before = self.chains.draws();
+        self.block += 1;
+        let sampler = self.sampler.sampler_mut();
+        sampler.advance(&counter.watch(likelihood), self.seed, self.block, &mut self.chains);
+        self.evaluations += counter.evaluations()?;
+        if self.chains.draws() < before {
+            self.values.clear();
+        }
+        Ok(())
+    }
+
+    /// Computes blocks until the run is finished.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
     pub fn finish(
         &mut self,
         likelihood: &dyn LatentLikelihood,
         quantities: Quantities,
-        mut after_block: impl FnMut(&Self, &RunStatus) -> Result<()>,
+        monitor: &dyn Monitor,
     ) -> Result<RunStatus> {
-        let mut progress = self.progress(quantities);
-        while !progress.is_finished {
-            self.advance(likelihood);
-            progress = self.progress(quantities);
-            after_block(self, &progress)?;
+        loop {
+            let status = self.status(quantities);
+            if status.is_finished {
+                return Ok(status);
+            }
+            self.advance(likelihood, monitor)?;
         }
-        Ok(progress)
     }
 
-    /// How far the run has come.
-    pub fn progress(&self, quantities: Quantities) -> RunStatus {
-        let (early_draws, convergence) = self.convergence(quantities);
+    /// How far the run has come; `quantities` must be the same at every call.
+    pub fn status(&mut self, quantities: Quantities) -> RunStatus {
+        self.compute_values(quantities);
+        let (early_draws, convergence) = self.convergence();
         let (draws, chains) = (self.chains.draws(), self.chains.chains.len());
         let all_converged = !convergence.is_empty() && convergence.iter().all(Convergence::is_converged);
         let worst = Convergence::worst(&convergence);
         let is_enough = all_converged && worst.ess_bulk.min(worst.ess_tail) > self.min_ess;
-        let (max_draws, is_converged, is_finished, remaining) = match &self.state {
-            State::Nuts(nuts) => {
-                let is_over = is_enough || draws > 0 && nuts.is_exhausted();
-                (Some(nuts.max_draws()), all_converged, is_over, None)
-            }
-            State::Valley(valley) => (Some(valley.max_draws()), all_converged, is_enough, None),
-            State::Ensemble(ensemble) => (Some(ensemble.plan.max_draws()), all_converged, is_enough, None),
-            State::Nested(nested) => {
-                let (is_over, remaining) = (nested.evidence().is_some(), nested.remaining_log_evidence());
-                (None, all_converged && nested.has_ended(), is_over, Some(remaining))
-            }
+        let sampler = self.sampler.sampler();
+        let (max_draws, evidence) = (sampler.max_draws(), sampler.evidence());
+        let is_over = match &evidence {
+            Some(so_far) => so_far.evidence.is_some(),
+            None => is_enough || draws > 0 && sampler.is_exhausted(self.evaluations),
         };
         RunStatus {
             is_warming_up: draws == 0,
             draws: draws * chains,
             early_draws,
             max_draws: max_draws.map(|draws| draws * chains),
-            evaluations: self.evaluations(),
+            evaluations: self.evaluations,
             divergences: self.chains.divergences(),
-            remaining_log_evidence: remaining,
+            remaining_log_evidence: evidence.map(|so_far| so_far.remaining_log_evidence),
             worst,
             quantities: convergence,
-            is_converged,
-            is_finished: is_finished || max_draws.is_some_and(|max| draws >= max),
+            is_converged: all_converged && evidence.is_none_or(|so_far| so_far.is_precise),
+            is_finished: is_over || max_draws.is_some_and(|max| draws >= max),
+        }
+    }
+
+    /// Quantities of the draws that are new.
+    fn compute_values(&mut self, quantities: Quantities) {
+        let dimension = self.chains.dimension.max(1);
+        self.values.resize(self.chains.chains.len(), vec![]);
+        for (chain, values) in self.chains.chains.iter().zip(&mut self.values) {
+            values.extend(chain.z.chunks_exact(dimension).skip(values.len()).map(quantities));
         }
     }
 
@@ -209,14 +213,10 @@ impl SamplerRun {
     ///
     /// The valley sampler learns as it draws. What it drew before it knew the posterior is left out where that converges or,
     /// before anything does, makes more effective draws (Chodera 2016, J. Chem. Theory Comput. 12, 1799).
-    fn convergence(&self, quantities: Quantities) -> (usize, Vec<Convergence>) {
+    fn convergence(&self) -> (usize, Vec<Convergence>) {
         /// Draws of a chain between two looks at fewer of them.
         const LOOK: usize = 500;
-        let dimension = self.chains.dimension.max(1);
-        let values_of_chain = |z: &[f64]| z.chunks_exact(dimension).map(quantities).collect();
-        // By chain, draw and quantity.
-        let values: Vec<Vec<Vec<f64>>> =
-            self.chains.chains.iter().map(|chain| values_of_chain(&chain.z)).collect();
+        let values = &self.values;
         let count = values.first().and_then(|chain| chain.first()).map_or(0, Vec::len);
         let after = |early: usize| -> Vec<Convergence> {
             (0..count)
@@ -235,10 +235,9 @@ impl SamplerRun {
             let worst = Convergence::worst(convergence);
             (worst.is_converged(), worst.ess_bulk.min(worst.ess_tail))
         };
-        let looks = match &self.state {
-            State::Valley(valley) => draws > 0 && (draws.is_multiple_of(LOOK) || draws >= valley.max_draws()),
-            _ => false,
-        };
+        let sampler = self.sampler.sampler();
+        let is_time = draws.is_multiple_of(LOOK) || sampler.max_draws().is_some_and(|max| draws >= max);
+        let looks = sampler.learns() && draws > 0 && is_time;
         for early in [draws / 4, draws / 2].into_iter().filter(|_| looks) {
             if rank(&best.1).0 {
                 break;
@@ -253,20 +252,12 @@ impl SamplerRun {
 
     /// Evaluations of the likelihood or its gradient so far.
     pub fn evaluations(&self) -> u64 {
-        match &self.state {
-            State::Nuts(nuts) => nuts.evaluations,
-            State::Valley(valley) => valley.evaluations,
-            State::Ensemble(ensemble) => ensemble.evaluations,
-            State::Nested(nested) => nested.evaluations(),
-        }
+        self.evaluations
     }
 
     /// The evidence, when nested sampling has ended.
     pub fn evidence(&self) -> Option<Evidence> {
-        match &self.state {
-            State::Nested(nested) => nested.evidence(),
-            _ => None,
-        }
+        self.sampler.sampler().evidence()?.evidence
     }
 
     /// The draws kept so far; of nested sampling there are none before its end.
@@ -274,14 +265,18 @@ impl SamplerRun {
         &self.chains
     }
 
-    /// Settings of the run.
-    pub fn settings(&self) -> &SamplerSettings {
-        &self.settings
+    /// Quantities of every draw, by chain and draw, as the last [`Self::status`] was asked for them.
+    pub fn values(&self) -> &[Vec<Vec<f64>>] {
+        &self.values
     }
 
-    /// Seed of the run.
-    pub fn seed(&self) -> u64 {
-        self.seed
+    /// Whether what was read back is a run of these settings on a problem of that dimension.
+    pub(super) fn fits(&self, settings: &SamplerSettings, seed: u64, dimension: usize) -> bool {
+        let sampler = self.sampler.sampler();
+        self.seed == seed
+            && self.sampler.has_settings(settings)
+            && sampler.fits(dimension)
+            && self.chains.fits(&sampler.empty_chains(dimension))
     }
 }
 
@@ -290,8 +285,9 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::inference::Curvature;
     use crate::inference::sample::ValleySettings;
+    use crate::inference::{Curvature, NoCurvature};
+    use crate::monitor::Silent;
     use crate::numerics::random::{Stage, stream};
 
     /// z with its prior alone.
@@ -310,8 +306,8 @@ mod tests {
             unreachable!("only curvatures are asked for")
         }
 
-        fn curvature(&self, z: &[f64]) -> Option<Curvature> {
-            Some(Curvature {
+        fn curvature(&self, z: &[f64]) -> std::result::Result<Curvature, NoCurvature> {
+            Ok(Curvature {
                 log_posterior: -0.5 * z.iter().map(|z| z * z).sum::<f64>(),
                 gradient: -nalgebra::DVector::from_column_slice(z),
                 metric: nalgebra::DMatrix::identity(2, 2),
@@ -323,9 +319,10 @@ mod tests {
     fn draws_of_a_valley_not_yet_known_are_left_out_where_the_others_converge() {
         let problem = Problem { likelihood: &Prior, starts: &[vec![0.0; 2]], metric: None };
         let settings = SamplerSettings::Valley(ValleySettings::default());
-        let mut run = SamplerRun::start(&settings, 1, &problem).unwrap();
-        let progress = |run: &mut SamplerRun, draws: usize| {
+        let mut run = SamplerRun::start(&settings, 1, &problem, &Silent).unwrap();
+        let status = |run: &mut SamplerRun, draws: usize| {
             run.chains = Chains::new(2, 4, 1);
+            run.values.clear();
             for (number, chain) in run.chains.chains.iter_mut().enumerate() {
                 let mut rng = stream(3, number as u64, Stage::Sampling, 0);
                 for draw in 0..draws {
@@ -334,15 +331,15 @@ mod tests {
                     chain.push(&[z[0] + early, z[1]], 0.0);
                 }
             }
-            run.progress(&|z| z.to_vec())
+            run.status(&|z| z.to_vec())
         };
-        let late = progress(&mut run, 2000);
+        let late = status(&mut run, 2000);
         assert!(late.is_converged && late.is_finished);
         assert_eq!((late.early_draws, late.draws), (500, 8000));
         assert_eq!(run.chains().without_first(500).chains[3].z, run.chains().chains[3].z[1000..]);
-        let between_looks = progress(&mut run, 1999);
+        let between_looks = status(&mut run, 1999);
         assert!(!between_looks.is_converged && between_looks.early_draws == 0);
-        let still_early = progress(&mut run, 500);
+        let still_early = status(&mut run, 500);
         assert!(!still_early.is_converged);
     }
 }

@@ -2,9 +2,9 @@
 
 use super::system::MockSystem;
 use crate::error::Result;
-use crate::imaging::{Exposure, Instrument, PixelSampling, Psf, Scene, SkyGrid, add_noise, integrate_pixels};
+use crate::imaging::{Exposure, Instrument, Noise, PixelSampling, Psf, Scene, SkyGrid, integrate_pixels};
 use crate::monitor::Silent;
-use crate::numerics::random::Stage;
+use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 
 /// What a camera sees of a system.
@@ -34,11 +34,12 @@ impl MockImage {
         seed: u64,
     ) -> Result<Self> {
         let grid = SkyGrid::new(system.pixels, instrument.pixel_scale_arcsec)?;
-        let rms = instrument.background_rms_e_s();
+        let noise = instrument.noise();
         let mapping = system.mapping()?;
         let see = |source: &Sersic, lens_light: Option<&Sersic>| -> Result<Vec<f64>> {
             let scene = Scene { mapping: &mapping, source, lens_light };
-            let flux = integrate_pixels(&scene, &grid, sampling, TOLERANCE_OF_BACKGROUND_RMS * rms, &Silent)?;
+            let tolerance = TOLERANCE_OF_BACKGROUND_RMS * noise.background_rms_e_s;
+            let flux = integrate_pixels(&scene, &grid, sampling, tolerance, &Silent)?;
             Ok(psf.convolve(&flux, grid.pixels()))
         };
         let sources = sources(system, instrument)?;
@@ -49,9 +50,9 @@ impl MockImage {
         let dark = Sersic::with_flux(0.0, 1.0, 1.0, [0.0; 2], [0.0; 2])?;
         let mut noise_free_e_s = see(&dark, Some(&lens_light(system, instrument)?))?;
         noise_free_e_s.iter_mut().zip(&source_e_s).for_each(|(sum, flux)| *sum += flux);
-        let noise = (seed, system.number, Stage::NoiseImage);
-        let noisy_e_s = add_noise(&noise_free_e_s, rms, instrument.exposure_s, noise.0, noise.1, noise.2);
-        let quality = image_quality(&source_e_s, rms, instrument.exposure_s);
+        let name = StreamName { seed, realisation: system.number, stage: Stage::NoiseImage };
+        let noisy_e_s = noise.added_to(&noise_free_e_s, name);
+        let quality = image_quality(&source_e_s, noise);
         Ok(Self { exposure: Exposure { grid, noise_free_e_s, noisy_e_s }, source_e_s, quality })
     }
 }
@@ -60,11 +61,12 @@ impl MockImage {
 ///
 /// ```
 /// // One pixel of 10 σ without shot noise, one below the noise.
-/// let q = haloray::mock::image_quality(&[0.06, 0.005], 0.006, 1e12);
+/// let noise = haloray::imaging::Noise { background_rms_e_s: 0.006, exposure_s: 1e12 };
+/// let q = haloray::mock::image_quality(&[0.06, 0.005], noise);
 /// assert!((q - 10.0).abs() < 1e-6);
 /// ```
-pub fn image_quality(source_e_s: &[f64], background_rms_e_s: f64, exposure_s: f64) -> f64 {
-    let snr = |flux: f64| flux / (flux.max(0.0) / exposure_s + background_rms_e_s.powi(2)).sqrt();
+pub fn image_quality(source_e_s: &[f64], noise: Noise) -> f64 {
+    let snr = |flux: f64| flux / noise.sigma(flux);
     source_e_s.iter().map(|flux| snr(*flux)).filter(|snr| *snr > 1.0).sum()
 }
 

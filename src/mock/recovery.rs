@@ -89,16 +89,16 @@ impl ShearRecovery {
         }
         let kept = columns[0].len().min(Self::KEPT_DRAWS);
         let at = |i: usize| (2 * i + 1) * columns[0].len() / (2 * kept.max(1));
-        let worst = fit.progress.worst;
+        let worst = fit.status.worst;
         Ok(Self {
             image: image.into(),
             model: model.into(),
             shear: [shear[0], shear[1]],
             draws: (0..kept).map(|i| [columns[0][at(i)], columns[1][at(i)]]).collect(),
-            converged: fit.progress.is_converged,
+            converged: fit.status.is_converged,
             worst_r_hat: worst.r_hat,
             worst_ess: worst.ess_bulk.min(worst.ess_tail),
-            divergences: fit.progress.divergences,
+            divergences: fit.status.divergences,
             chi2_reduced: fit.chi2_reduced(),
             evaluations: fit.evaluations,
             unbounded: fit.parameters.iter().filter(|p| !p.bounded).map(|p| p.name.clone()).collect(),
@@ -113,7 +113,7 @@ impl ShearRecovery {
 
 /// Standard deviation of a free parameter from the metric at the maximum, whose latent prior is a unit matrix.
 fn fisher(fit: &Fit, name: &str) -> f64 {
-    let model = &fit.likelihood.model;
+    let model = fit.likelihood.model();
     let Some(i) = model.free.iter().position(|p| p.name == name) else { return f64::NAN };
     let slope = model.at_latent(&fit.maximum.latent).1[i];
     fit.maximum.metric.clone().cholesky().map_or(f64::NAN, |c| c.inverse()[(i, i)].sqrt() * slope)

@@ -7,9 +7,9 @@ use crate::imaging::{Exposure, Instrument, PixelSampling, Psf, Scene, SkyGrid, e
 use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
-use crate::inference::{Fit, FitSettings, FitStage, Observation};
+use crate::inference::{Fit, FitSettings, NoStore, Observation};
 use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
-use crate::monitor::Silent;
+use crate::monitor::{Monitor, Silent};
 use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -123,15 +123,11 @@ fn psf(instrument: &Instrument) -> Result<Psf> {
 /// Makes the image and fits both models.
 ///
 /// # Errors
-/// Those of `watch`.
-pub fn advantage(
-    seed: u64,
-    sampler: SamplerSettings,
-    mut watch: impl FnMut(&str, FitStage) -> Result<()>,
-) -> Result<Advantage> {
+/// [`Error::Cancelled`](crate::Error::Cancelled).
+pub fn advantage(seed: u64, sampler: SamplerSettings, monitor: &dyn Monitor) -> Result<Advantage> {
     let image = table1_image(seed)?;
     let (exposure, instrument) = (&image.exposure, &image.instrument);
-    let mut fit = |name: &str| {
+    let fit = |name: &str| {
         let description = ModelDescription::built_in(name)?;
         let data = exposure.noisy_e_s.clone();
         let observation = Observation::of_camera(exposure.grid, data, instrument, psf(instrument)?);
@@ -142,7 +138,8 @@ pub fn advantage(
             min_ess: ESS_LIMIT,
             seed,
         };
-        Fit::run(observation, CompiledModel::new(&description)?, settings, None, |stage| watch(name, stage))
+        let _task = monitor.task(name, None);
+        Fit::run(observation, CompiledModel::new(&description)?, settings, &mut NoStore, monitor)
     };
     let (full, minimal) = (fit("simple-full")?, fit("simple-minimal")?);
     Ok(Advantage { image, full, minimal })

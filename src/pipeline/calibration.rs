@@ -16,9 +16,9 @@ use crate::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
 use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
-use crate::inference::{Fit, FitSettings, Observation};
+use crate::inference::{Fit, FitSettings, NoStore, Observation};
 use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
-use crate::monitor::{Monitor, Silent};
+use crate::monitor::{Monitor, Silent, Uncounted};
 use crate::numerics::random::{Stage, StreamName, stream};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
@@ -97,11 +97,13 @@ pub fn calibrate(
         min_ess: ESS_LIMIT,
         seed,
     };
+    let quiet = &Uncounted(monitor);
     let task = monitor.task("fits", Some(number as u64));
     let fits = one_core_each(number as u64, |i| {
         task.check()?;
         let (truths, observation, seed) = system(&model, seed, i)?;
-        let fit = Fit::run(observation, model.clone(), FitSettings { seed, ..settings }, None, |_| Ok(()))?;
+        let settings = FitSettings { seed, ..settings };
+        let fit = Fit::run(observation, model.clone(), settings, &mut NoStore, quiet)?;
         task.advance(1);
         compare(&fit, truths)
     });
@@ -165,10 +167,10 @@ fn compare(fit: &Fit, truths: Vec<f64>) -> Result<CalibrationFit> {
         standard_deviations: parameters.iter().map(|p| p.standard_deviation).collect(),
         ranks: pairs().map(|(p, truth)| rank((&p.name, truth))).collect(),
         covered: pairs().map(|(p, truth)| (p.hpd68_low..=p.hpd68_high).contains(truth)).collect(),
-        is_converged: fit.progress.is_converged,
-        worst_r_hat: fit.progress.worst.r_hat,
-        worst_ess: fit.progress.worst.ess_bulk.min(fit.progress.worst.ess_tail),
-        divergences: fit.progress.divergences,
+        is_converged: fit.status.is_converged,
+        worst_r_hat: fit.status.worst.r_hat,
+        worst_ess: fit.status.worst.ess_bulk.min(fit.status.worst.ess_tail),
+        divergences: fit.status.divergences,
         truths,
     })
 }
@@ -203,8 +205,8 @@ pub fn calibration_of(names: &[String], fits: &[CalibrationFit]) -> Vec<Paramete
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::model::Mesh;
     use crate::inference::{ImageLikelihood, climb_from, find_start};
+    use crate::monitor::Silent;
 
     fn fit(rank: usize) -> CalibrationFit {
         CalibrationFit {
@@ -228,10 +230,9 @@ mod tests {
         let model = CompiledModel::new(&description).unwrap();
         let (truths, observation, seed) = system(&model, 2, 112).unwrap();
         let truth = model.free.iter().zip(&truths).map(|(p, truth)| p.prior.to_latent(*truth)).collect();
-        let mesh = Mesh::of_centres(&observation.grid);
-        let likelihood = ImageLikelihood { mesh, observation, model, kind: description.likelihood };
+        let likelihood = ImageLikelihood::new(observation, model, description.likelihood).unwrap();
         let from_truth = climb_from(&likelihood, truth).unwrap().log_posterior;
-        let blind = find_start(&likelihood, seed).unwrap().log_posterior;
+        let blind = find_start(&likelihood, seed, &Silent).unwrap().log_posterior;
         assert!(blind > from_truth - 1.0, "{blind} from a blind start, {from_truth} from the truth");
     }
 

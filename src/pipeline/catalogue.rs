@@ -8,8 +8,9 @@ use crate::imaging::PixelSampling;
 use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
-use crate::inference::{Fit, FitSettings, Observation};
+use crate::inference::{Fit, FitSettings, NoStore, Observation};
 use crate::mock::ShearRecovery;
+use crate::monitor::{Monitor, Uncounted};
 
 /// An image to fit.
 #[derive(Debug, Clone)]
@@ -51,8 +52,10 @@ pub fn fit_catalogue(
     models: &[ModelDescription],
     tasks: &[(usize, usize)],
     settings: &CatalogueSettings,
+    monitor: &dyn Monitor,
     ended: impl Fn((usize, usize), Result<ShearRecovery>, f64) -> Result<()> + Sync,
 ) -> Result<()> {
+    let monitor = &Uncounted(monitor);
     let compiled: Vec<CompiledModel> = models.iter().map(CompiledModel::new).collect::<Result<_>>()?;
     one_core_each(tasks.len() as u64, |i| {
         let (image, model) = tasks[i as usize];
@@ -67,7 +70,7 @@ pub fn fit_catalogue(
         };
         let start = Instant::now();
         let observation = image.observation.clone();
-        let fit = Fit::run(observation, compiled[model].clone(), fit_settings, None, |_| Ok(()));
+        let fit = Fit::run(observation, compiled[model].clone(), fit_settings, &mut NoStore, monitor);
         let recovery = fit.and_then(|fit| ShearRecovery::of(&fit, &image.name, &description.name));
         ended(tasks[i as usize], recovery, start.elapsed().as_secs_f64())
     })?;

@@ -51,12 +51,10 @@ pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], monitor: &dyn Monitor
     }
     drop(task);
     let loosest = rows.last().map(|row| row.view.exposure.noise_free_e_s.clone()).unwrap_or_default();
-    let instrument = &config.instrument;
-    let sigma =
-        |flux: f64| instrument.background_rms_e_s().hypot((flux.max(0.0) / instrument.exposure_s).sqrt());
+    let noise = config.instrument.noise();
     for row in &mut rows {
         let pixels = row.view.exposure.noise_free_e_s.iter().zip(&loosest);
-        row.image_over_noise = pixels.map(|(flux, all)| (flux - all) / sigma(*all)).collect();
+        row.image_over_noise = pixels.map(|(flux, all)| (flux - all) / noise.sigma(*all)).collect();
     }
     Ok(rows)
 }

@@ -138,9 +138,8 @@ fn image_residual(
     let traced_e_s = image(traced, source_centre)?;
     let over_noise = |model: &dyn Mapping| -> Result<Vec<f64>> {
         let modelled = image(model, [0.0; 2])?;
-        let sigma =
-            |flux: f64| instrument.background_rms_e_s().hypot((flux.max(0.0) / instrument.exposure_s).sqrt());
-        Ok(traced_e_s.iter().zip(modelled).map(|(flux, model)| (flux - model) / sigma(*flux)).collect())
+        let noise = instrument.noise();
+        Ok(traced_e_s.iter().zip(modelled).map(|(flux, model)| (flux - model) / noise.sigma(*flux)).collect())
     };
     let [tidal, flexion] = models;
     let (tidal_over_noise, flexion_over_noise) = (over_noise(tidal)?, over_noise(flexion)?);

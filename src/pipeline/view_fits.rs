@@ -9,7 +9,8 @@ use crate::imaging::Psf;
 use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, LightDescription, ModelDescription, ParameterRule};
 use crate::inference::sample::{SamplerSettings, ValleySettings};
-use crate::inference::{Fit, FitSettings, FitStage, Observation, Prior};
+use crate::inference::{Fit, FitSettings, NoStore, Observation, Prior};
+use crate::monitor::Monitor;
 use crate::profile::light::Sersic;
 use crate::profile::registry::{Parameter, Role};
 
@@ -33,12 +34,12 @@ pub struct ViewFit {
 /// Fits both images of `run` with each of the named built-in models; pixels are integrated as they were simulated.
 ///
 /// # Errors
-/// A model that is not built in, and those of `watch`.
+/// A model that is not built in; [`Error::Cancelled`](crate::Error::Cancelled).
 pub fn fit_views(
     run: &Simulation,
     psf: &Psf,
     models: &[String],
-    mut watch: impl FnMut(&str, &str, FitStage) -> Result<()>,
+    monitor: &dyn Monitor,
 ) -> Result<Vec<ViewFit>> {
     let mut fits = Vec::new();
     for (image, view) in [("all_haloes", &run.all), ("tidal_haloes", &run.tidal)] {
@@ -57,9 +58,8 @@ pub fn fit_views(
             };
             let model = CompiledModel::new(&description)?;
             let start = Instant::now();
-            let fit = Fit::run(observation(run, view, psf), model, settings, None, |stage| {
-                watch(image, name, stage)
-            })?;
+            let _task = monitor.task(&format!("{image}, {name}"), None);
+            let fit = Fit::run(observation(run, view, psf), model, settings, &mut NoStore, monitor)?;
             let seconds = start.elapsed().as_secs_f64();
             fits.push(ViewFit {
                 image,

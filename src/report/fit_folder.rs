@@ -57,24 +57,24 @@ pub struct FitSummary {
 impl FitSummary {
     /// Reads the numbers off a fit.
     pub fn of(fit: &Fit, model: &str, seconds: f64) -> Self {
-        let worst = fit.progress.worst;
-        let names = fit.likelihood.model.amplitude_names();
+        let worst = fit.status.worst;
+        let names = fit.likelihood.model().amplitude_names();
         Self {
             model: model.into(),
             sampler: fit.settings.sampler.name().into(),
             seed: fit.settings.seed,
-            converged: fit.progress.is_converged,
+            converged: fit.status.is_converged,
             worst_r_hat: worst.r_hat,
             worst_ess: worst.ess_bulk.min(worst.ess_tail),
-            divergences: fit.progress.divergences,
-            early_draws: fit.progress.early_draws,
+            divergences: fit.status.divergences,
+            early_draws: fit.status.early_draws,
             chi2_reduced: fit.chi2_reduced(),
             log_likelihood: fit.image.log_likelihood,
             log_evidence: fit.evidence.as_ref().map(|e| e.log_evidence),
             log_evidence_error: fit.evidence.as_ref().map(|e| e.log_evidence_error),
             evaluations: fit.evaluations,
             seconds,
-            samples_of_brightness: fit.likelihood.mesh.samples(),
+            samples_of_brightness: fit.likelihood.mesh().samples(),
             amplitudes: names.into_iter().zip(fit.image.amplitudes.iter().copied()).collect(),
             parameters: fit.parameters.clone(),
         }
@@ -99,7 +99,7 @@ pub fn write_fit(
         .parameters
         .iter()
         .filter_map(|p| {
-            let draws = fit.draws_of(&p.name)?;
+            let draws = fit.draws_of(&p.name)?.to_vec();
             Some(PosteriorVariable {
                 name: p.name.clone(),
                 unit: p.unit.into(),
@@ -153,7 +153,7 @@ pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[(String, f
 
 /// Draws of every chain, parameter by parameter.
 fn trace_figure(fit: &Fit, truths: &[(String, f64)]) -> Figure {
-    let draws: Vec<Vec<Vec<f64>>> =
+    let draws: Vec<&[Vec<f64>]> =
         fit.parameters.iter().map(|p| fit.draws_of(&p.name).unwrap_or_default()).collect();
     let parameters: Vec<TraceParameter> = fit
         .parameters
@@ -174,7 +174,7 @@ fn truth_of(truths: &[(String, f64)], name: &str) -> Option<f64> {
 
 /// Data, model and residual of a fit.
 pub fn reconstruction_figure(fit: &Fit) -> Figure {
-    let observation = &fit.likelihood.observation;
+    let observation = fit.likelihood.observation();
     let sky = observation.grid;
     let grid = |values| GridData::square(values, sky.pixels(), sky.half_width_arcsec());
     let masked = observation.data_e_s.iter().zip(&observation.used);
@@ -192,7 +192,7 @@ pub fn reconstruction_figure(fit: &Fit) -> Figure {
 fn source_figure(fit: &Fit) -> Option<Figure> {
     const PIXELS: usize = 201;
     const RADII: f64 = 4.0;
-    let model = &fit.likelihood.model;
+    let model = fit.likelihood.model();
     let value = |name: &str| model.value_of(&format!("source.{name}"), &fit.best_fit);
     let parameters = Sersic::PARAMETERS.map(|parameter| value(parameter.name));
     let [Some(radius), Some(n), Some(e1), Some(e2), Some(x), Some(y)] = parameters else { return None };
@@ -202,7 +202,7 @@ fn source_figure(fit: &Fit) -> Option<Figure> {
     let values: Vec<f64> = (0..PIXELS * PIXELS)
         .map(|k| amplitude * source.surface_brightness(x + at(k % PIXELS), y + at(k / PIXELS)))
         .collect();
-    let observation = &fit.likelihood.observation;
+    let observation = fit.likelihood.observation();
     let faintest = observation.background_rms_e_s / observation.grid.pixel_scale_arcsec().powi(2);
     let extent_arcsec = Extent::square([x, y], half);
     Some(source_plane(GridData { values: &values, nx: PIXELS, ny: PIXELS, extent_arcsec }, faintest))

@@ -4,9 +4,9 @@
 
 use divan::Bencher;
 use haloray::imaging::Psf;
-use haloray::inference::likelihood::LikelihoodKind;
-use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
+use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::{ImageLikelihood, LatentLikelihood, Observation, find_start};
+use haloray::monitor::Silent;
 use haloray::pipeline::{Table1Image, table1_image};
 
 /// As the command has it.
@@ -33,9 +33,8 @@ fn likelihood(kind: &str) -> (ImageLikelihood, Vec<f64>) {
     let description = ModelDescription::built_in("simple-minimal").expect("built in");
     let model = CompiledModel::new(&description).expect("a model");
     let kind = if kind == "gaussian" { LikelihoodKind::Gaussian } else { LikelihoodKind::Lenstronomy };
-    let mesh = Mesh::of_centres(&observation.grid);
-    let likelihood = ImageLikelihood { observation, model, kind, mesh };
-    let start = find_start(&likelihood, 1).expect("a start");
+    let likelihood = ImageLikelihood::new(observation, model, kind).expect("an image");
+    let start = find_start(&likelihood, 1, &Silent).expect("a start");
     (likelihood, start.latent)
 }
 

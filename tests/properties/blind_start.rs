@@ -1,10 +1,10 @@
 //! Blind starts of composite lenses that hold climbs up: they must end no lower than a climb from the truth.
 
 use haloray::imaging::{Instrument, PixelSampling, Psf};
-use haloray::inference::likelihood::LikelihoodKind;
-use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
+use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::{ImageLikelihood, Observation, climb_from, find_start};
 use haloray::mock::{MockImage, MockSystem, Protocol};
+use haloray::monitor::Silent;
 
 /// Seed of the catalogue of docs/CATALOGUE.md.
 const SEED: u64 = 1;
@@ -15,17 +15,14 @@ fn starts_as_high_as_from_the_truth(number: u64) {
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)
         .unwrap();
     let exposure = MockImage::expose(&system, &camera, &psf, PixelSampling::Point, SEED).unwrap().exposure;
-    let likelihood = ImageLikelihood {
-        mesh: Mesh::of_centres(&exposure.grid),
-        observation: Observation::of_camera(exposure.grid, exposure.noisy_e_s, &camera, psf),
-        model: CompiledModel::new(&ModelDescription::built_in("comprehensive").unwrap()).unwrap(),
-        kind: LikelihoodKind::Gaussian,
-    };
+    let observation = Observation::of_camera(exposure.grid, exposure.noisy_e_s, &camera, psf);
+    let model = CompiledModel::new(&ModelDescription::built_in("comprehensive").unwrap()).unwrap();
+    let likelihood = ImageLikelihood::new(observation, model, LikelihoodKind::Gaussian).unwrap();
     let truths = system.truths();
     let truth_of = |name: &str| truths.iter().find(|(known, _)| *known == name).unwrap().1;
-    let truth = likelihood.model.free.iter().map(|p| p.prior.to_latent(truth_of(&p.name))).collect();
+    let truth = likelihood.model().free.iter().map(|p| p.prior.to_latent(truth_of(&p.name))).collect();
     let from_truth = climb_from(&likelihood, truth).unwrap().log_posterior;
-    let blind = find_start(&likelihood, SEED).unwrap().log_posterior;
+    let blind = find_start(&likelihood, SEED, &Silent).unwrap().log_posterior;
     assert!(
         blind > from_truth - 1.0,
         "system {number}: {blind} from a blind start, {from_truth} from the truth"

@@ -6,6 +6,7 @@ use haloray::inference::sample::{
     ValleySettings,
 };
 use haloray::inference::{LatentLikelihood, RunStatus, SamplerRun};
+use haloray::monitor::Silent;
 
 /// A run to its end, with more effective draws than convergence needs, of every z and of its square about `centre`.
 pub fn run(
@@ -16,9 +17,8 @@ pub fn run(
     centre: &[f64],
 ) -> (SamplerRun, RunStatus) {
     let squares = |z: &[f64]| z.iter().zip(centre).map(|(z, c)| (z - c).powi(2)).collect();
-    let mut run = SamplerRun::start(&settings, seed, problem).unwrap().until(min_ess).unwrap();
-    let progress =
-        run.finish(problem.likelihood, &|z| [z.to_vec(), squares(z)].concat(), |_, _| Ok(())).unwrap();
+    let mut run = SamplerRun::start(&settings, seed, problem, &Silent).unwrap().until(min_ess).unwrap();
+    let progress = run.finish(problem.likelihood, &|z| [z.to_vec(), squares(z)].concat(), &Silent).unwrap();
     (run, progress)
 }
 
@@ -216,17 +216,17 @@ fn a_run_that_was_saved_and_continued_has_the_same_bytes() {
     let starts = [vec![0.3, 0.1]];
     let problem = Problem { likelihood: &Banana, starts: &starts, metric: None };
     for settings in all_samplers() {
-        let mut whole = SamplerRun::start(&settings, 5, &problem).unwrap();
+        let mut whole = SamplerRun::start(&settings, 5, &problem, &Silent).unwrap();
         let mut broken = whole.clone();
         for _ in 0..5 {
-            whole.advance(&Banana);
-            let saved = serde_json::to_string(&broken).unwrap();
-            broken = serde_json::from_str(&saved).unwrap();
-            broken.advance(&Banana);
+            whole.advance(&Banana, &Silent).unwrap();
+            let saved = postcard::to_allocvec(&broken).unwrap();
+            broken = postcard::from_bytes(&saved).unwrap();
+            broken.advance(&Banana, &Silent).unwrap();
         }
         assert_eq!(whole, broken);
         for run in [&mut whole, &mut broken] {
-            run.finish(&Banana, &|z| z.to_vec(), |_, _| Ok(())).unwrap();
+            run.finish(&Banana, &|z| z.to_vec(), &Silent).unwrap();
         }
         assert!(whole.chains().draws() > 100 && whole == broken);
     }
@@ -240,8 +240,8 @@ fn threads_change_no_byte() {
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut run = SamplerRun::start(&settings, 6, &problem).unwrap();
-                (0..5).for_each(|_| run.advance(&Banana));
+                let mut run = SamplerRun::start(&settings, 6, &problem, &Silent).unwrap();
+                (0..5).for_each(|_| run.advance(&Banana, &Silent).unwrap());
                 run
             })
         };
@@ -253,7 +253,7 @@ fn threads_change_no_byte() {
 fn hopeless_problems_are_refused() {
     let starts = [vec![0.0, 0.0]];
     let refused = |settings: SamplerSettings, problem: Problem| {
-        SamplerRun::start(&settings, 7, &problem).unwrap_err().to_string()
+        SamplerRun::start(&settings, 7, &problem, &Silent).unwrap_err().to_string()
     };
     for settings in all_samplers() {
         let message = refused(settings, Problem { likelihood: &Nowhere, starts: &starts, metric: None });

@@ -1,6 +1,6 @@
 //! Posteriors with known answers for the samplers.
 
-use haloray::inference::{Curvature, LatentLikelihood};
+use haloray::inference::{Curvature, LatentLikelihood, NoCurvature};
 use nalgebra::{DMatrix, DVector};
 
 /// A normal likelihood exp(−½(z − m)ᵀP(z − m)) in many correlated dimensions.
@@ -62,22 +62,23 @@ impl LatentLikelihood for Normal {
         -0.5 * offset.dot(&slope)
     }
 
-    fn curvature(&self, latent: &[f64]) -> Option<Curvature> {
+    fn curvature(&self, latent: &[f64]) -> Result<Curvature, NoCurvature> {
         curvature(self, latent, self.metric())
     }
 }
 
 /// The curvature of a likelihood where its Fisher matrix plus one is known.
-fn curvature(likelihood: &dyn LatentLikelihood, latent: &[f64], metric: DMatrix<f64>) -> Option<Curvature> {
+fn curvature(
+    likelihood: &dyn LatentLikelihood,
+    latent: &[f64],
+    metric: DMatrix<f64>,
+) -> Result<Curvature, NoCurvature> {
     let z = DVector::from_column_slice(latent);
     let mut gradient = vec![0.0; latent.len()];
     let log_likelihood = likelihood.log_likelihood_gradient(latent, &mut gradient);
     let log_posterior = log_likelihood - 0.5 * z.norm_squared();
-    log_posterior.is_finite().then(|| Curvature {
-        log_posterior,
-        gradient: DVector::from_vec(gradient) - z,
-        metric,
-    })
+    let expanded = || Curvature { log_posterior, gradient: DVector::from_vec(gradient) - z, metric };
+    log_posterior.is_finite().then(expanded).ok_or(NoCurvature::ZeroLikelihood)
 }
 
 /// A ridge bent by 0.6 z₀² with a width of 0.3, over two coordinates.
@@ -101,7 +102,7 @@ impl LatentLikelihood for Banana {
         self.log_likelihood(z)
     }
 
-    fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+    fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
         let row = DVector::from_vec(vec![-2.0 * BEND * z[0], 1.0]);
         curvature(self, z, &row * row.transpose() / (WIDTH * WIDTH) + DMatrix::identity(2, 2))
     }
@@ -147,7 +148,7 @@ impl LatentLikelihood for Gorge {
         self.log_likelihood(z)
     }
 
-    fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+    fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
         let outer = Self::rows(z).map(|row| &row * row.transpose());
         curvature(self, z, &outer[0] + &outer[1] + DMatrix::identity(3, 3))
     }
@@ -206,7 +207,7 @@ impl LatentLikelihood for Truncated {
         self.log_likelihood(z)
     }
 
-    fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+    fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
         curvature(self, z, DMatrix::identity(2, 2) * 5.0)
     }
 }

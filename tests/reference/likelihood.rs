@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use crate::differences::Differences;
 use crate::oracle_table::REQUIRED_HEADERS;
 use haloray::imaging::{Psf, SkyGrid};
-use haloray::inference::likelihood::LikelihoodKind;
-use haloray::inference::model::{CompiledModel, Mesh, ModelDescription};
+use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::{ImageLikelihood, ModelImage, Observation};
 use serde::Deserialize;
 use serde_json::Value;
@@ -53,15 +52,13 @@ fn likelihood(whole: &Value, kind: LikelihoodKind) -> ImageLikelihood {
         exposure_s: number("exposure_s"),
         psf: Psf::gaussian(number("psf_fwhm_arcsec"), number("psf_truncation_sigma"), scale).unwrap(),
     };
-    observation.validate().unwrap();
     let model = CompiledModel::new(&ModelDescription::built_in("simple-minimal").unwrap()).unwrap();
-    let mesh = Mesh::of_centres(&observation.grid);
-    ImageLikelihood { observation, model, kind, mesh }
+    ImageLikelihood::new(observation, model, kind).unwrap()
 }
 
 fn images(likelihood: &ImageLikelihood, cases: &[Case]) -> Vec<ModelImage> {
     let of = |case: &Case| {
-        let free: Vec<f64> = likelihood.model.free.iter().map(|p| case.values[&p.name]).collect();
+        let free: Vec<f64> = likelihood.model().free.iter().map(|p| case.values[&p.name]).collect();
         assert_eq!(free.len(), case.values.len(), "the reference has a parameter that the model has not");
         likelihood.image(&free).unwrap()
     };

@@ -14,7 +14,7 @@ use haloray::report::{
 };
 
 use crate::bars::Bars;
-use crate::fit::{Outcome, SamplerArg, table, watch};
+use crate::fit::{Outcome, SamplerArg, table};
 use crate::output::print_files;
 
 /// Fit the paper's Table 1 image with the full and with the minimal model of the line of sight (section 2.3).
@@ -39,9 +39,7 @@ pub struct AdvantageArgs {
 pub fn run(args: &AdvantageArgs, bars: &Bars) -> Result<Outcome> {
     let staging = Staging::begin(&args.output)?;
     let start = Instant::now();
-    let study =
-        advantage(args.seed, args.sampler.settings(), |model, stage| watch(model, stage, bars, |_| Ok(())))?;
-    bars.finish();
+    let study = advantage(args.seed, args.sampler.settings(), bars)?;
     let summaries = write(args, &study, &staging, start.elapsed().as_secs_f64())?;
     let files = staging.commit()?;
     if !bars.is_quiet() {

@@ -46,13 +46,6 @@ impl Bars {
         result
     }
 
-    /// Ends every stage that runs.
-    pub fn finish(&self) {
-        while !lock(&self.running).is_empty() {
-            self.end();
-        }
-    }
-
     /// The stages that ended, in order, with their seconds.
     pub fn seconds(&self) -> Vec<(String, f64)> {
         lock(&self.ended).iter().map(|(name, time)| (name.clone(), time.as_secs_f64())).collect()

@@ -93,7 +93,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
         }
     }
     let ended = AtomicUsize::new(all.len() - missing.len());
-    fit_catalogue(&images, &models, &missing, &settings, |task, fit, seconds| {
+    fit_catalogue(&images, &models, &missing, &settings, bars, |task, fit, seconds| {
         let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
         match fit {
             Ok(fit) => {

@@ -9,13 +9,12 @@ use clap::ValueEnum;
 use haloray::error::FileFault;
 use haloray::imaging::PixelSampling;
 use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::likelihood::LikelihoodKind;
-use haloray::inference::model::{BUILT_IN, CompiledModel, ModelDescription};
+use haloray::inference::model::{BUILT_IN, CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
-use haloray::inference::{Fit, FitSettings, FitStage, SamplerRun};
-use haloray::io::{Provenance, Staging, read_checkpoint, read_observation, write_checkpoint};
+use haloray::inference::{Fit, FitSettings, FitState, FitStore};
+use haloray::io::{Provenance, Saved, Staging, hash, read_checkpoint, read_observation, write_checkpoint};
 use haloray::monitor::Monitor;
 use haloray::report::{FitSummary, write_fit};
 use haloray::{Error, Result};
@@ -186,30 +185,17 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let provenance = Provenance::new(Some(args.seed), toml_of(&description));
     let staging = Staging::begin(output)?;
 
-    let checkpoint = checkpoint_path(output);
-    bars.keeps("the state of the fit", &checkpoint);
     let command = format!("{settings:?}\n{}\n{}", provenance.config_toml, fingerprint(image)?);
-    let saved: Option<(SamplerRun, f64)> = read_checkpoint(&checkpoint, &command)?;
-    let before = saved.as_ref().map_or(0.0, |(_, seconds)| *seconds);
-    let start = Instant::now();
-    let seconds = || before + start.elapsed().as_secs_f64();
-    let mut next_save = start;
-    let fit = Fit::run(observation, model, settings, saved.map(|(run, _)| run), |stage| {
-        watch(&description.name, stage, bars, |run| {
-            let now = Instant::now();
-            if now >= next_save || bars.is_cancelled() {
-                write_checkpoint(&checkpoint, &command, &(run, seconds()))?;
-                next_save = Instant::now() + now.elapsed() * COMPUTED_PER_SAVED;
-            }
-            Ok(())
-        })
-    })?;
-    bars.finish();
-    let summary = FitSummary::of(&fit, &description.name, seconds());
+    let mut saved = SavedFit::beside(output, command, bars);
+    let monitor: &dyn Monitor = bars;
+    let task = monitor.task(&description.name, None);
+    let fit = Fit::run(observation, model, settings, &mut saved, monitor)?;
+    drop(task);
+    let summary = FitSummary::of(&fit, &description.name, saved.seconds());
     write_fit(&fit, &summary, &truths, &staging, "", &provenance)?;
     let files = staging.commit()?;
     // The results are safe; a state that stays behind is only ever continued by the same command.
-    let _ = std::fs::remove_file(&checkpoint);
+    let _ = std::fs::remove_file(&saved.path);
     if !bars.is_quiet() {
         crate::print(&table(&summary, &truths));
     }
@@ -217,54 +203,70 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     Ok(if summary.converged { Outcome::Converged } else { Outcome::NotConverged })
 }
 
-/// Shows where a fit stands, and saves the run after every block.
-pub fn watch(
-    name: &str,
-    stage: FitStage,
-    bars: &Bars,
-    save: impl FnOnce(&SamplerRun) -> Result<()>,
-) -> Result<()> {
-    match stage {
-        FitStage::Searching => {
-            bars.finish();
-            bars.begin(name, None);
-            bars.tell(&format!("{name}: looking for a start"));
-        }
-        FitStage::Sampling(run, progress) => {
-            bars.tell(&if progress.is_warming_up {
-                format!("{name}: warming up, {} evaluations", progress.evaluations)
-            } else {
-                let worst = progress.worst;
-                format!(
-                    "{name}: {} draws, R-hat {:.3}, ESS {:.0}",
-                    progress.draws,
-                    worst.r_hat,
-                    worst.ess_bulk.min(worst.ess_tail)
-                )
-            });
-            save(run)?;
-            (bars as &dyn Monitor).check()?;
+/// The state of an unfinished fit, hidden beside its folder.
+struct SavedFit {
+    path: PathBuf,
+    command: String,
+    /// Seconds of earlier attempts.
+    before: f64,
+    start: Instant,
+    next_save: Instant,
+}
+
+impl SavedFit {
+    fn beside(output: &Path, command: String, bars: &Bars) -> Self {
+        let name = output.file_name().map_or_else(|| "fit".into(), |name| name.to_string_lossy());
+        let (path, now) = (output.with_file_name(format!(".{name}.haloray-fit")), Instant::now());
+        bars.keeps("the state of the fit", &path);
+        Self { path, command, before: 0.0, start: now, next_save: now }
+    }
+
+    /// Seconds of all attempts.
+    fn seconds(&self) -> f64 {
+        self.before + self.start.elapsed().as_secs_f64()
+    }
+
+    fn begin_anew(&self, why: &str) {
+        eprintln!("warning: {}: the saved state is {why}; the fit begins anew", self.path.display());
+    }
+}
+
+impl FitStore for SavedFit {
+    fn load(&mut self) -> Result<Option<FitState>> {
+        match read_checkpoint(&self.path, &self.command)? {
+            Saved::Nothing => Ok(None),
+            Saved::Unusable(why) => {
+                self.begin_anew(why);
+                Ok(None)
+            }
+            Saved::State((state, seconds)) => {
+                self.before = seconds;
+                Ok(Some(state))
+            }
         }
     }
-    Ok(())
+
+    fn refuse(&mut self) {
+        self.before = 0.0;
+        self.begin_anew("of another fit");
+    }
+
+    fn save(&mut self, state: &FitState) -> Result<()> {
+        /// Seconds of computing for one of saving the state, which grows with the draws.
+        const COMPUTED_PER_SAVED: u32 = 20;
+        let now = Instant::now();
+        if now >= self.next_save {
+            write_checkpoint(&self.path, &self.command, &(state, self.seconds()))?;
+            self.next_save = Instant::now() + now.elapsed() * COMPUTED_PER_SAVED;
+        }
+        Ok(())
+    }
 }
 
-/// Seconds of sampling for one of saving its state, which grows with the draws.
-const COMPUTED_PER_SAVED: u32 = 20;
-
-/// The state of an unfinished fit lies beside its folder, hidden.
-fn checkpoint_path(output: &Path) -> PathBuf {
-    let name = output.file_name().map_or_else(|| "fit".into(), |name| name.to_string_lossy());
-    output.with_file_name(format!(".{name}.haloray-fit"))
-}
-
-/// The image's bytes in short: FNV-1a, to notice another image under the same name.
+/// The image's bytes in short, to notice another image under the same name.
 pub fn fingerprint(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(Error::read(path))?;
-    let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    Ok(format!("{} bytes, {hash:016x}", bytes.len()))
+    Ok(format!("{} bytes, {:016x}", bytes.len(), hash(&bytes)))
 }
 
 pub fn description(model: &str) -> Result<ModelDescription> {

@@ -9,7 +9,7 @@ use haloray::pipeline::{Inputs, ViewFit, fit_views, simulate};
 use haloray::report::{FitSummary, stage_text, write_fit, write_run};
 
 use crate::bars::Bars;
-use crate::fit::{Outcome, table, toml_of, watch};
+use crate::fit::{Outcome, table, toml_of};
 use crate::settings::{Settings, Tracing, imported_haloes, provenance, psf};
 use crate::summary;
 
@@ -53,10 +53,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let staging = Staging::begin(&args.output)?;
     let run = simulate(&config, inputs, 0, bars)?;
     bars.stage("files and figures", || write_run(&run, &psf, &staging, &provenance))?;
-    let fits = fit_views(&run, &psf, &args.fit, |image, model, stage| {
-        watch(&format!("{model}, {image}"), stage, bars, |_| Ok(()))
-    })?;
-    bars.finish();
+    let fits = fit_views(&run, &psf, &args.fit, bars)?;
     let summaries = write_fits(&fits, &staging, config.seed)?;
     let files = staging.commit()?;
     if !bars.is_quiet() {

@@ -11,23 +11,11 @@
 
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::observation::Observation;
-use super::pixel_sums::{Noise, Sums, Weights};
+use super::pixel_sums::{PixelDensity, Sums, Weights};
+use crate::inference::model::LikelihoodKind;
 use crate::numerics::real::{LANES, Lanes, Real};
-
-/// Which likelihood.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LikelihoodKind {
-    /// One variance, that of the model, with its determinant; amplitudes marginalised.
-    #[default]
-    Gaussian,
-    /// lenstronomy's: no determinant, amplitudes solved with the variance of the data.
-    Lenstronomy,
-}
 
 /// What to differentiate a likelihood by.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -70,12 +58,12 @@ impl LikelihoodKind {
 /// Fisher information f = 1/v + ½(v′/v)² of the model flux in every pixel and f′, 0 where it is not used.
 pub(crate) fn informations(observation: &Observation, model: &[f64]) -> [Vec<f64>; 2] {
     let mut out = [vec![0.0; model.len()], vec![0.0; model.len()]];
-    inform_pixels(Noise::of(observation), &observation.used, model, &mut out);
+    inform_pixels(PixelDensity(observation.noise()), &observation.used, model, &mut out);
     out
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn inform_pixels(noise: Noise, used: &[bool], model: &[f64], [f, df]: &mut [Vec<f64>; 2]) {
+fn inform_pixels(noise: PixelDensity, used: &[bool], model: &[f64], [f, df]: &mut [Vec<f64>; 2]) {
     for start in (0..model.len()).step_by(LANES) {
         let used = Lanes::load_flags(used, start);
         let of_pixels = noise.information(Lanes::load(model, start));
@@ -114,7 +102,7 @@ fn expansions(observation: &Observation, model: &[f64]) -> [Vec<f64>; 2] {
 
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
 fn expand_pixels(observation: &Observation, model: &[f64], [first, curvature]: &mut [Vec<f64>; 2]) {
-    let noise = Noise::of(observation);
+    let noise = PixelDensity(observation.noise());
     for start in (0..model.len()).step_by(LANES) {
         let used = Lanes::load_flags(&observation.used, start);
         let (data, model) = (Lanes::load(&observation.data_e_s, start), Lanes::load(model, start));
@@ -276,7 +264,7 @@ fn adjoin_pixels(
     shares: &[[f64; 2]],
     adjoint: &mut [Vec<f64>],
 ) {
-    let noise = Noise::of(observation);
+    let noise = PixelDensity(observation.noise());
     for start in (0..observation.data_e_s.len()).step_by(LANES) {
         let data = Lanes::load(&observation.data_e_s, start);
         let used = Lanes::load_flags(&observation.used, start);

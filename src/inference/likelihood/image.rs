@@ -1,27 +1,23 @@
 //! An image, a compiled model and a mesh as a likelihood over latent coordinates, with gradient and Fisher matrix.
 
-use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, Dyn};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::amplitudes::{By, ImageFit, LikelihoodKind, combine, informations};
-use super::latent::{Curvature, LatentLikelihood};
+use super::amplitudes::{By, ImageFit, combine, informations};
+use super::latent::{Curvature, LatentLikelihood, NoCurvature};
 use super::observation::Observation;
 use crate::error::{Error, Result};
-use crate::inference::model::{CompiledModel, Evaluation, Mesh};
+use crate::inference::model::{CompiledModel, Evaluation, LikelihoodKind, Mesh};
 use crate::numerics::random::{self, stream};
 
-/// The likelihood of an observation under a model.
+/// The likelihood of an observation under a model; the mesh is always one of the observation's own pixels.
 #[derive(Debug, Clone)]
 pub struct ImageLikelihood {
-    /// The image.
-    pub observation: Observation,
-    /// The model.
-    pub model: CompiledModel,
-    /// Which likelihood.
-    pub kind: LikelihoodKind,
-    /// Where the pixels are sampled.
-    pub mesh: Mesh,
+    observation: Observation,
+    model: CompiledModel,
+    kind: LikelihoodKind,
+    mesh: Mesh,
 }
 
 /// What a model predicts for the image.
@@ -38,6 +34,39 @@ pub struct ModelImage {
 }
 
 impl ImageLikelihood {
+    /// Every pixel sampled at its centre.
+    ///
+    /// # Errors
+    /// Those of [`Observation::validate`].
+    pub fn new(observation: Observation, model: CompiledModel, kind: LikelihoodKind) -> Result<Self> {
+        observation.validate()?;
+        let mesh = Mesh::of_centres(&observation.grid);
+        Ok(Self { observation, model, kind, mesh })
+    }
+
+    /// The image.
+    pub fn observation(&self) -> &Observation {
+        &self.observation
+    }
+
+    /// The model.
+    pub fn model(&self) -> &CompiledModel {
+        &self.model
+    }
+
+    /// Where the pixels are sampled.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The same with the background's noise raised to `background_rms_e_s`, if it is lower.
+    pub(in crate::inference) fn with_noise_of_at_least(&self, background_rms_e_s: f64) -> Self {
+        let mut noisier = self.clone();
+        let rms = &mut noisier.observation.background_rms_e_s;
+        *rms = rms.max(background_rms_e_s);
+        noisier
+    }
+
     /// Unit-amplitude images of the lights.
     fn lights(&self, at: &Evaluation) -> Vec<Vec<f64>> {
         let n = self.observation.grid.pixels();
@@ -69,8 +98,9 @@ impl ImageLikelihood {
     pub fn normalised_residuals(&self, model_e_s: &[f64]) -> Vec<f64> {
         let observation = &self.observation;
         let pixels = observation.data_e_s.iter().zip(model_e_s).zip(&observation.used);
-        let variance = |m: f64| m.max(0.0) / observation.exposure_s + observation.background_rms_e_s.powi(2);
-        pixels.map(|((d, m), used)| if *used { (d - m) / variance(*m).sqrt() } else { f64::NAN }).collect()
+        let noise = observation.noise();
+        let residual = |d: f64, m: f64| (d - m) / noise.variance(m).sqrt();
+        pixels.map(|((d, m), used)| if *used { residual(*d, *m) } else { f64::NAN }).collect()
     }
 
     /// Pixels less fitted parameters and amplitudes, at least 1.
@@ -97,17 +127,17 @@ impl ImageLikelihood {
         by_free.iter().zip(slopes).map(|(d, slope)| d * slope).collect()
     }
 
-    /// A mesh that integrates every pixel to 1% of its noise at the start and at models scattered around it as its metric
-    /// says.
+    /// Samples the pixels anew, so that every one is integrated to 1% of its noise at the start and at models scattered around
+    /// it as its metric says.
     ///
     /// # Errors
     /// A metric that is not positive definite.
-    pub(in crate::inference) fn adaptive_mesh(
-        &self,
+    pub(in crate::inference) fn refine_mesh(
+        &mut self,
         start: &[f64],
         metric: &DMatrix<f64>,
         seed: u64,
-    ) -> Result<Mesh> {
+    ) -> Result<()> {
         const TOLERANCE_OF_NOISE: f64 = 0.01;
         const MODELS: usize = 4;
         let indefinite =
@@ -131,14 +161,15 @@ impl ImageLikelihood {
         let coarsest = self.observation.background_rms_e_s;
         let noise = |f: f64| if f > 0.0 { f.sqrt().recip() } else { coarsest };
         let tolerance: Vec<f64> = information.into_iter().map(|f| TOLERANCE_OF_NOISE * noise(f)).collect();
-        Ok(Mesh::adaptive(&self.observation.grid, &tolerance, |points| {
+        self.mesh = Mesh::adaptive(&self.observation.grid, &tolerance, |points| {
             let points = Mesh::at_points(points);
             let of = |(free, amplitudes): &(Vec<f64>, Vec<f64>)| {
                 let at = self.model.evaluate(free).ok()?;
                 Some(combine(&at.brightness(&points), amplitudes))
             };
             models.par_iter().filter_map(of).collect()
-        }))
+        });
+        Ok(())
     }
 
     /// β of every sample of the mesh at values of the free parameters.
@@ -164,16 +195,16 @@ impl LatentLikelihood for ImageLikelihood {
         fit.log_likelihood
     }
 
-    fn curvature(&self, latent: &[f64]) -> Option<Curvature> {
+    fn curvature(&self, latent: &[f64]) -> std::result::Result<Curvature, NoCurvature> {
         let (free, slopes) = self.model.at_latent(latent);
-        let (at, lights, fit) = self.fit(&free, By::Model)?;
+        let (at, lights, fit) = self.fit(&free, By::Model).ok_or(NoCurvature::ZeroLikelihood)?;
         let [information, _] = informations(&self.observation, &combine(&lights, &fit.amplitudes));
         let root: Vec<f64> = information.iter().map(|f| f.sqrt()).collect();
         let (n, pixels) = (self.observation.grid.pixels(), root.len());
         let mut gradient = -DVector::from_column_slice(latent);
         // Columns ∂m/∂p, then B, each times √f.
-        let mut columns = vec![0.0; pixels * (slopes.len() + lights.len())];
-        let (of_free, of_lights) = columns.split_at_mut(pixels * slopes.len());
+        let mut columns = DMatrix::zeros(pixels, slopes.len() + lights.len());
+        let (of_free, of_lights) = columns.as_mut_slice().split_at_mut(pixels * slopes.len());
         let samples = at.columns(&self.mesh, &fit.amplitudes);
         for (i, (samples, column)) in samples.iter().zip(of_free.chunks_exact_mut(pixels)).enumerate() {
             self.observation.psf.convolve_into(&self.mesh.integrate(samples), n, column);
@@ -183,12 +214,13 @@ impl LatentLikelihood for ImageLikelihood {
         for (light, column) in lights.iter().zip(of_lights.chunks_exact_mut(pixels)) {
             column.iter_mut().zip(light.iter().zip(&root)).for_each(|(v, (b, root))| *v = b * root);
         }
-        let mut fisher = gram(&columns, pixels);
+        let mut fisher = columns.transpose() * columns;
         let (p, k) = (slopes.len(), fit.amplitudes.len());
         for (j, [_, sd]) in self.model.amplitude_priors.iter().enumerate() {
             fisher[(p + j, p + j)] += 1.0 / (sd * sd);
         }
-        let amplitudes = fisher.view((p, p), (k, k)).into_owned().cholesky()?;
+        let amplitudes = fisher.view((p, p), (k, k)).into_owned().cholesky();
+        let amplitudes = amplitudes.ok_or(NoCurvature::ZeroLikelihood)?;
         let mixed = fisher.view((0, p), (p, k)).into_owned();
         let mut metric =
             fisher.view((0, 0), (p, p)).into_owned() - &mixed * amplitudes.solve(&mixed.transpose());
@@ -199,20 +231,12 @@ impl LatentLikelihood for ImageLikelihood {
             metric[(i, i)] += 1.0;
         }
         let log_posterior = fit.log_likelihood - 0.5 * latent.iter().map(|z| z * z).sum::<f64>();
-        Some(Curvature { log_posterior, gradient, metric: (&metric + metric.transpose()) * 0.5 })
+        Ok(Curvature { log_posterior, gradient, metric: (&metric + metric.transpose()) * 0.5 })
     }
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
-}
-
-/// AᵀA of the columns A, each of `rows` numbers.
-fn gram(columns: &[f64], rows: usize) -> DMatrix<f64> {
-    let count = columns.len() / rows;
-    let transposed =
-        DMatrixView::from_slice_with_strides_generic(columns, Dyn(count), Dyn(rows), Dyn(rows), Dyn(1));
-    transposed * DMatrixView::from_slice(columns, rows, count)
 }
 
 #[cfg(test)]
@@ -240,8 +264,7 @@ mod tests {
             exposure_s: 5400.0,
             psf,
         };
-        let mesh = Mesh::of_centres(&observation.grid);
-        let mut likelihood = ImageLikelihood { observation, model, kind, mesh };
+        let mut likelihood = ImageLikelihood::new(observation, model, kind).unwrap();
         // The data: the model at one prior draw near the middle with amplitudes of a bright system, plus noise.
         let free = likelihood.model.at_latent(&near_the_middle(&likelihood, 0)).0;
         let at = likelihood.model.evaluate(&free).unwrap();

@@ -1,4 +1,4 @@
-//! What a sampler asks of a model: the likelihood in coordinates whose prior is standard normal.
+//! What a search or a sampler asks of a model: the likelihood in coordinates whose prior is standard normal.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,6 +13,15 @@ pub struct Curvature {
     pub metric: DMatrix<f64>,
 }
 
+/// Why there is no [`Curvature`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoCurvature {
+    /// This likelihood knows none anywhere.
+    Unknown,
+    /// The likelihood is zero there.
+    ZeroLikelihood,
+}
+
 /// A likelihood over latent coordinates z, each with a standard normal prior (see [`crate::inference`]).
 pub trait LatentLikelihood: Sync {
     /// Number of coordinates, at least one.
@@ -24,8 +33,16 @@ pub trait LatentLikelihood: Sync {
     /// ln L(z), with ∂lnL/∂z written to `gradient` (length [`Self::dimension`]; unspecified where ln L = −∞).
     fn log_likelihood_gradient(&self, latent: &[f64], gradient: &mut [f64]) -> f64;
 
-    /// The log-posterior expanded about z; `None` where it is −∞, and of likelihoods that do not know their curvature.
-    fn curvature(&self, _latent: &[f64]) -> Option<Curvature> {
-        None
+    /// The log-posterior expanded about z.
+    ///
+    /// # Errors
+    /// Where the likelihood is zero, and everywhere for likelihoods that do not know their curvature.
+    fn curvature(&self, _latent: &[f64]) -> Result<Curvature, NoCurvature> {
+        Err(NoCurvature::Unknown)
+    }
+
+    /// Whether what is computed now will be thrown away, so that long loops may end.
+    fn is_cancelled(&self) -> bool {
+        false
     }
 }

@@ -1,12 +1,13 @@
 //! How probable an image is under a model, over latent coordinates, amplitudes of the lights marginalised.
 
 mod amplitudes;
+mod counted;
 mod image;
 mod latent;
 mod observation;
 mod pixel_sums;
 
-pub use amplitudes::LikelihoodKind;
+pub use counted::{CountedLikelihood, Counter};
 pub use image::{ImageLikelihood, ModelImage};
-pub use latent::{Curvature, LatentLikelihood};
+pub use latent::{Curvature, LatentLikelihood, NoCurvature};
 pub use observation::Observation;

@@ -1,7 +1,7 @@
 //! The image to fit, with what is known of its noise and PSF.
 
-use crate::error::{Error, Result, require};
-use crate::imaging::{Instrument, Psf, SkyGrid};
+use crate::error::{Domain, Error, Result};
+use crate::imaging::{Instrument, Noise, Psf, SkyGrid};
 
 /// A square image in e⁻/s with its noise model and PSF.
 #[derive(Debug, Clone)]
@@ -46,8 +46,8 @@ impl Observation {
                 return Err(Error::out_of_range(what, length, &format!("{n}, those of the grid")));
             }
         }
-        require(self.background_rms_e_s > 0.0, "BKGRMS", self.background_rms_e_s, "positive, in e⁻/s")?;
-        require(self.exposure_s > 0.0, "EXPTIME", self.exposure_s, "positive, in s")?;
+        Domain::POSITIVE.check("BKGRMS", self.background_rms_e_s)?;
+        Domain::POSITIVE.check("EXPTIME", self.exposure_s)?;
         if !self.used.contains(&true) {
             return Err(Error::out_of_range(
                 "number of pixels in use",
@@ -55,15 +55,15 @@ impl Observation {
                 "at least 1 (MASK: 1 = use the pixel)",
             ));
         }
-        for (value, used) in self.data_e_s.iter().zip(&self.used) {
-            require(
-                !used || value.is_finite(),
-                "a pixel in use",
-                if *used { *value } else { 0.0 },
-                "finite",
-            )?;
+        for (value, _) in self.data_e_s.iter().zip(&self.used).filter(|(_, used)| **used) {
+            Domain::FINITE.check("a pixel in use", *value)?;
         }
         Ok(())
+    }
+
+    /// The noise of its pixels.
+    pub fn noise(&self) -> Noise {
+        Noise { background_rms_e_s: self.background_rms_e_s, exposure_s: self.exposure_s }
     }
 
     /// Number of pixels in use.

@@ -4,29 +4,20 @@ use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 
 use super::observation::Observation;
+use crate::imaging::Noise;
 use crate::numerics::elementary::Elementary;
 use crate::numerics::real::{LANES, Lanes, Real};
 
-/// Variance of the background and that of one e⁻/s of signal, 1/exposure.
+/// The density of the data of a pixel given a model of it, by the noise that the model has.
 #[derive(Clone, Copy)]
-pub(super) struct Noise {
-    background: f64,
-    per_exposure: f64,
-}
+pub(super) struct PixelDensity(pub Noise);
 
-impl Noise {
-    pub fn of(observation: &Observation) -> Self {
-        Self {
-            background: observation.background_rms_e_s.powi(2),
-            per_exposure: 1.0 / observation.exposure_s,
-        }
-    }
-
+impl PixelDensity {
     /// Variance at a model and its derivative by the model.
     #[inline(always)]
-    pub fn variance(self, model: Lanes) -> [Lanes; 2] {
-        let slope = Lanes::splat(self.per_exposure).unless_below(model, f64::MIN_POSITIVE, 0.0);
-        [model.max(0.0) * self.per_exposure + self.background, slope]
+    fn variance(self, model: Lanes) -> [Lanes; 2] {
+        let slope = Lanes::splat(1.0 / self.0.exposure_s).unless_below(model, f64::MIN_POSITIVE, 0.0);
+        [self.0.variance(model), slope]
     }
 
     /// ℓ without the constant −½ ln 2π.
@@ -118,7 +109,7 @@ fn sum_pixels(
     weights: Weights,
     sums: &mut [Lanes],
 ) {
-    let noise = Noise::of(observation);
+    let noise = PixelDensity(observation.noise());
     let (value, rest) = sums.split_at_mut(1);
     let (linear, quadratic) = rest.split_at_mut(lights.len());
     for start in (0..observation.data_e_s.len()).step_by(LANES) {

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::likelihood_kind::LikelihoodKind;
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
-use crate::inference::likelihood::LikelihoodKind;
 use crate::inference::parameter::Prior;
 use crate::mapping::tidal::LineOfSightKind;
 

@@ -3,9 +3,11 @@
 mod brightness;
 mod compiled;
 mod description;
+mod likelihood_kind;
 mod mesh;
 
 pub(crate) use brightness::Evaluation;
 pub use compiled::{CompiledModel, FreeParameter, Part, Quantity};
 pub use description::{BUILT_IN, LightDescription, ModelDescription, ParameterRule, ProfileDescription};
+pub use likelihood_kind::LikelihoodKind;
 pub use mesh::Mesh;

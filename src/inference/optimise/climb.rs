@@ -1,12 +1,13 @@
 //! Climbs to a maximum of a posterior.
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 use super::conditional_maximum::Axes;
 use crate::inference::likelihood::{Curvature, LatentLikelihood};
 
 /// A maximum of the posterior.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Maximum {
     /// Latent coordinates.
     pub latent: Vec<f64>,
@@ -14,8 +15,13 @@ pub struct Maximum {
     pub log_posterior: f64,
     /// Fisher matrix plus prior there.
     pub metric: DMatrix<f64>,
-    /// Evaluations of likelihood with derivatives that it took.
-    pub evaluations: u64,
+}
+
+impl Maximum {
+    /// Whether it is of a problem of that dimension.
+    pub(in crate::inference) fn fits(&self, dimension: usize) -> bool {
+        self.latent.len() == dimension && self.metric.shape() == (dimension, dimension)
+    }
 }
 
 /// Levenberg–Marquardt to its end, and along the valley to the maximum; `None` where `latent` has no likelihood.
@@ -37,18 +43,17 @@ pub(super) fn climb(
     /// Gain of ln p below which the climb ends, and the damping above which no step helps.
     const SMALLEST_GAIN: f64 = 1e-4;
     const MOST_DAMPING: f64 = 1e8;
-    let mut here = likelihood.curvature(&latent)?;
-    let (mut damping, mut evaluations) = (1e-2, 1);
+    let mut here = likelihood.curvature(&latent).ok()?;
+    let mut damping = 1e-2;
     for _ in 0..iterations {
         let step = damped_step(&here, held, damping)?;
         let scale = (LONGEST / step.amax()).min(1.0);
         let moved: Vec<f64> = latent.iter().zip(step.iter()).map(|(z, s)| z + scale * s).collect();
-        evaluations += 1;
         // The value alone, which refuses a step at a tenth of the cost.
         let log_posterior =
             likelihood.log_likelihood(&moved) - 0.5 * moved.iter().map(|z| z * z).sum::<f64>();
         let is_higher = log_posterior > here.log_posterior;
-        match is_higher.then(|| likelihood.curvature(&moved)).flatten() {
+        match is_higher.then(|| likelihood.curvature(&moved).ok()).flatten() {
             Some(there) => {
                 let gain = there.log_posterior - here.log_posterior;
                 (latent, here) = (moved, there);
@@ -61,7 +66,7 @@ pub(super) fn climb(
             _ => damping *= 8.0,
         }
     }
-    Some(Maximum { latent, log_posterior: here.log_posterior, metric: here.metric, evaluations })
+    Some(Maximum { latent, log_posterior: here.log_posterior, metric: here.metric })
 }
 
 fn damped_step(here: &Curvature, held: &[bool], damping: f64) -> Option<DVector<f64>> {
@@ -89,14 +94,11 @@ fn follow_valley(likelihood: &dyn LatentLikelihood, mut start: Maximum) -> Maxim
     for _ in 0..MOST_STEPS {
         let slow = Axes::wider_than(SLOW_WIDTH, &start.metric).max(1);
         let axes = Axes::split(&start.latent, &start.metric, slow);
-        let Some(latent) = valley_step(likelihood, &axes, &mut damping, &mut start.evaluations) else {
-            break;
-        };
-        let Some(there) = likelihood.curvature(&latent) else { break };
-        start.evaluations += 1;
+        let Some(latent) = valley_step(likelihood, &axes, &mut damping) else { break };
+        let Ok(there) = likelihood.curvature(&latent) else { break };
         let gain = there.log_posterior - start.log_posterior;
         if gain > 0.0 {
-            start = Maximum { latent, log_posterior: there.log_posterior, metric: there.metric, ..start };
+            start = Maximum { latent, log_posterior: there.log_posterior, metric: there.metric };
         }
         if gain < SMALLEST_GAIN {
             break;
@@ -105,28 +107,24 @@ fn follow_valley(likelihood: &dyn LatentLikelihood, mut start: Maximum) -> Maxim
     start
 }
 
-/// A place on the floor higher than the origin of the axes, a damped Newton step away; the origin's floor if none is found.
-fn valley_step(
-    likelihood: &dyn LatentLikelihood,
-    axes: &Axes,
-    damping: &mut f64,
-    evaluations: &mut u64,
-) -> Option<Vec<f64>> {
+/// A point on the floor of the valley that is higher than the origin of the axes, a damped Newton step away; the one above the
+/// origin if none is found.
+fn valley_step(likelihood: &dyn LatentLikelihood, axes: &Axes, damping: &mut f64) -> Option<Vec<f64>> {
     /// A step moves no slow coordinate by more.
     const LONGEST: f64 = 1.0;
     const MOST_DAMPING: f64 = 1e4;
-    /// Curvatures for one place of the floor; steps that need more are too long.
+    /// Curvatures for one point of the floor; steps that need more are too long.
     const MOST_CURVATURES: u64 = 8;
     let origin = DVector::zeros(axes.slow_dimension());
     let guess = DVector::zeros(axes.stiff_dimension());
-    let here = axes.floor(likelihood, &origin, guess, 2 * MOST_CURVATURES, evaluations)?;
+    let here = axes.maximum(likelihood, &origin, guess, 2 * MOST_CURVATURES)?;
     while *damping <= MOST_DAMPING {
         let mut metric = here.metric.clone();
         (0..metric.nrows()).for_each(|i| metric[(i, i)] *= 1.0 + *damping);
         let step = metric.cholesky()?.solve(&here.slope);
         let step = &step * (LONGEST / step.amax()).min(1.0);
         let guess = &here.stiff + &here.bend * &step;
-        let there = axes.floor(likelihood, &step, guess, MOST_CURVATURES, evaluations);
+        let there = axes.maximum(likelihood, &step, guess, MOST_CURVATURES);
         if let Some(there) = there.filter(|there| there.log_density > here.log_density) {
             *damping = if *damping > 1e-2 { 0.2 * *damping } else { 0.0 };
             return Some(axes.at(&step, &there.stiff).as_slice().to_vec());

@@ -6,18 +6,18 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The floor at one s, and what Laplace's method says of t about it.
+/// The maximum over t at one s, and what Laplace's method says of t about it.
 #[derive(Debug, Clone)]
 pub(crate) struct ConditionalMaximum {
     /// t̂.
     pub stiff: DVector<f64>,
     /// ln p there.
     pub log_density: f64,
-    /// d ln p/ds along the floor.
+    /// d ln p/ds along the conditional maxima.
     pub slope: DVector<f64>,
     /// dt̂/ds.
     pub bend: DMatrix<f64>,
-    /// −d² ln p/ds² along the floor, Gauss–Newton.
+    /// −d² ln p/ds² along them, Gauss–Newton.
     pub metric: DMatrix<f64>,
     /// C of the precision C Cᵀ of t.
     pub factor: DMatrix<f64>,
@@ -118,8 +118,8 @@ impl Expansion {
         })
     }
 
-    /// The floor one Newton step away.
-    pub fn floor(&self, newton: &DVector<f64>) -> Option<ConditionalMaximum> {
+    /// The maximum one Newton step away.
+    pub fn maximum(&self, newton: &DVector<f64>) -> Option<ConditionalMaximum> {
         let precision = self.stiff.clone().cholesky()?;
         let bend = -precision.solve(&self.mixed);
         Some(ConditionalMaximum {

@@ -7,6 +7,7 @@ mod start;
 
 pub use climb::Maximum;
 pub(crate) use climb::to_the_top;
-pub(crate) use conditional_maximum::Axes;
+pub(crate) use conditional_maximum::{Axes, MOST_CURVATURES};
 pub(crate) use expansion::ConditionalMaximum;
-pub use start::{climb_from, find_start};
+pub(super) use start::no_model;
+pub use start::{StartSearch, climb_from, find_start};

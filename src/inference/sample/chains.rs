@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::inference::bits;
-
 /// The draws of a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Chains {
@@ -20,16 +18,12 @@ pub struct Chains {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Chain {
     /// Latent coordinates, draw by draw.
-    #[serde(with = "bits")]
     pub z: Vec<f64>,
     /// ln L.
-    #[serde(with = "bits")]
     pub log_likelihood: Vec<f64>,
     /// Energy −ln p + ½|momentum|² at the start of the trajectory (NUTS).
-    #[serde(with = "bits")]
     pub energy: Vec<f64>,
     /// Mean acceptance probability along the trajectory (NUTS).
-    #[serde(with = "bits")]
     pub acceptance: Vec<f64>,
     /// Whether the trajectory left the region where its integrator is stable (NUTS).
     pub divergent: Vec<bool>,
@@ -66,7 +60,7 @@ impl Chain {
 
     /// Log-density ln L − ½|z|² of every draw.
     pub fn log_density(&self, dimension: usize) -> Vec<f64> {
-        let prior = self.z.chunks_exact(dimension).map(super::point::log_prior);
+        let prior = self.z.chunks_exact(dimension).map(super::normal::log_prior);
         self.log_likelihood.iter().zip(prior).map(|(log_l, log_prior)| log_l + log_prior).collect()
     }
 }
@@ -75,6 +69,21 @@ impl Chains {
     /// Empty chains.
     pub(in crate::inference) fn new(dimension: usize, count: usize, group_size: usize) -> Self {
         Self { dimension, group_size, chains: vec![Chain::default(); count] }
+    }
+
+    /// Whether all columns are as long as they must be, and chains as many as `like` has.
+    pub(in crate::inference) fn fits(&self, like: &Self) -> bool {
+        let (draws, dimension) = (self.draws(), self.dimension);
+        let has_columns = |chain: &Chain| {
+            let notes =
+                [chain.energy.len(), chain.acceptance.len(), chain.divergent.len(), chain.tree_depth.len()];
+            chain.len() == draws
+                && chain.z.len() == draws * dimension
+                && notes.iter().all(|length| [0, draws].contains(length))
+        };
+        (dimension, self.group_size, self.chains.len())
+            == (like.dimension, like.group_size, like.chains.len())
+            && self.chains.iter().all(has_columns)
     }
 
     /// Leaves chains without draws.

@@ -1,85 +1,24 @@
-//! Samplers behind one seam: a run advances block by block until it has converged.
-//!
-//! A block is a function of (settings, seed, block number, state at its start) alone, so a run that is saved
-//! after any block, killed, read back and continued ends with the same bytes as one never stopped, for any
-//! number of threads.
+//! Samplers of a posterior behind one trait, [`Sampler`]: blocks of draws, put into [`Chains`].
 
+mod any;
 mod chains;
 mod ensemble;
 mod nested;
+mod normal;
 mod nuts;
 mod point;
+mod problem;
+mod sampler;
+mod settings;
 mod valley;
 mod whitening;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
+pub(crate) use any::AnySampler;
 pub use chains::{Chain, Chains};
 pub use ensemble::{EnsembleSliceSettings, StretchSettings};
-pub(crate) use ensemble::{EnsembleState, Plan};
-pub(crate) use nested::NestedState;
-pub use nested::{Evidence, NestedSettings};
+pub use nested::NestedSettings;
 pub use nuts::NutsSettings;
-pub(crate) use nuts::NutsState;
-pub use point::Problem;
+pub use problem::Problem;
+pub use sampler::{Evidence, EvidenceSoFar, Sampler};
+pub use settings::SamplerSettings;
 pub use valley::ValleySettings;
-pub(crate) use valley::ValleyState;
-
-/// The samplers, each with its settings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-pub enum SamplerSettings {
-    /// No-U-Turn sampler: needs gradients alone, profits from a metric.
-    Nuts(NutsSettings),
-    /// Moves along the curved valleys of posteriors, across which it integrates; needs curvatures; the fastest for images.
-    Valley(ValleySettings),
-    /// Ensemble slice sampling, the method of the paper's zeus: no gradients; for what is not smooth.
-    EnsembleSlice(EnsembleSliceSettings),
-    /// The affine-invariant stretch move, the method of emcee: to compare with others.
-    Stretch(StretchSettings),
-    /// Nested sampling: the evidence, and posteriors with several peaks; many evaluations.
-    Nested(NestedSettings),
-}
-
-impl SamplerSettings {
-    /// The name it is chosen by.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Nuts(_) => "nuts",
-            Self::Valley(_) => "valley",
-            Self::EnsembleSlice(_) => "ensemble-slice",
-            Self::Stretch(_) => "stretch",
-            Self::Nested(_) => "nested",
-        }
-    }
-}
-
-impl Default for SamplerSettings {
-    fn default() -> Self {
-        Self::Nuts(NutsSettings::default())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn settings_are_named_as_documented_and_refuse_what_they_do_not_know() {
-        let parsed = |text: &str| toml::from_str::<SamplerSettings>(text);
-        let SamplerSettings::Nuts(nuts) = parsed("kind = \"nuts\"\nchains = 6\n").unwrap() else {
-            panic!("not nuts")
-        };
-        assert_eq!((nuts.chains, nuts.block_draws), (6, NutsSettings::default().block_draws));
-        for kind in ["nuts", "valley", "ensemble-slice", "stretch", "nested"] {
-            let settings = parsed(&format!("kind = \"{kind}\"")).unwrap();
-            let text = toml::to_string(&settings).unwrap();
-            assert_eq!(parsed(&text).unwrap(), settings);
-            let error = parsed(&format!("kind = \"{kind}\"\nwalkes = 3")).unwrap_err().to_string();
-            assert!(error.contains("unknown field `walkes`"), "{error}");
-        }
-        assert!(parsed("kind = \"emcee\"").unwrap_err().to_string().contains("ensemble-slice"));
-        assert_eq!(SamplerSettings::default(), parsed("kind = \"nuts\"").unwrap());
-    }
-}

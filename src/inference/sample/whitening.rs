@@ -4,14 +4,12 @@ use nalgebra::{Cholesky, DMatrix};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::inference::bits;
 
 /// The factor L. Products are plain loops: a matrix library would round differently on different processors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Whitening {
     dimension: usize,
     /// Row by row.
-    #[serde(with = "bits")]
     factor: Vec<f64>,
 }
 
@@ -42,6 +40,11 @@ impl Whitening {
 
     fn of_matrix(matrix: &DMatrix<f64>) -> Self {
         Self { dimension: matrix.nrows(), factor: matrix.transpose().as_slice().to_vec() }
+    }
+
+    /// Whether it is of that dimension.
+    pub fn fits(&self, dimension: usize) -> bool {
+        self.dimension == dimension && self.factor.len() == dimension * dimension
     }
 
     /// L y.

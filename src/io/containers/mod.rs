@@ -18,7 +18,7 @@ mod temporaries;
 
 pub use atomic_file::{check_writable, write_atomically, write_text};
 pub use attribute::AttributeValue;
-pub use checkpoint_file::{read_checkpoint, write_checkpoint};
+pub use checkpoint_file::{Saved, hash, read_checkpoint, write_checkpoint};
 pub use provenance::Provenance;
 pub use run_file::RunFile;
 pub use staging::Staging;

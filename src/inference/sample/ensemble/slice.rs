@@ -5,7 +5,7 @@ use rand_distr::{Distribution, Exp1};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Move, Moved, Plan, pick};
+use super::plan::{Move, Moved, Plan, pick};
 use crate::inference::LatentLikelihood;
 use crate::inference::sample::point::Point;
 
@@ -75,7 +75,7 @@ pub(super) fn slice(
     let difference = |(a, b): (&f64, &f64)| 2.0 * length * (a - b);
     let direction: Vec<f64> = others[l].z.iter().zip(&others[m].z).map(difference).collect();
     let height: f64 = Exp1.sample(rng);
-    let level = walker.log_density() - height;
+    let level = walker.log_density - height;
     let at = |t: f64| {
         let z = walker.z.iter().zip(&direction).map(|(z, direction)| z + t * direction);
         Point::new(likelihood, z.collect())
@@ -84,13 +84,11 @@ pub(super) fn slice(
     let mut high = low + 1.0;
     let lower_expansions = rng.random_range(0..MAX_EXPANSIONS);
     let (mut expansions, mut contractions) = (0_u64, 0_u64);
-    let mut evaluations = 0;
     for (end, sign, allowed) in
         [(&mut low, -1.0, lower_expansions), (&mut high, 1.0, MAX_EXPANSIONS - 1 - lower_expansions)]
     {
         for _ in 0..allowed {
-            evaluations += 1;
-            if at(*end).log_density() <= level {
+            if at(*end).log_density <= level {
                 break;
             }
             *end += sign;
@@ -99,10 +97,9 @@ pub(super) fn slice(
     }
     loop {
         let t = low + rng.random::<f64>() * (high - low);
-        let place = at(t);
-        evaluations += 1;
-        if place.log_density() > level {
-            return Moved { place: Some(place), evaluations, expansions, contractions };
+        let point = at(t);
+        if point.log_density > level {
+            return Moved { point: Some(point), expansions, contractions };
         }
         contractions += 1;
         if t < 0.0 {
@@ -111,7 +108,7 @@ pub(super) fn slice(
             high = t
         }
         if high - low <= f64::EPSILON {
-            return Moved { place: None, evaluations, expansions, contractions };
+            return Moved { point: None, expansions, contractions };
         }
     }
 }

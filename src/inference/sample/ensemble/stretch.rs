@@ -4,8 +4,8 @@ use rand::{Rng, RngExt};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Move, Moved, Plan, pick};
-use crate::error::{Result, require};
+use super::plan::{Move, Moved, Plan, pick};
+use crate::error::{Domain, Result};
 use crate::inference::LatentLikelihood;
 use crate::inference::sample::point::Point;
 
@@ -48,7 +48,7 @@ impl Default for StretchSettings {
 
 impl StretchSettings {
     pub(in crate::inference) fn plan(&self) -> Result<Plan> {
-        require(self.scale > 1.0, "scale of stretch", self.scale, "above 1")?;
+        Domain::above(1.0).check("scale of stretch", self.scale)?;
         Ok(Plan {
             step: Move::Stretch { scale: self.scale },
             ensembles: self.ensembles,
@@ -73,8 +73,8 @@ pub(super) fn stretch(
     let other = &others[pick(others.len(), rng)];
     let stretch = ((scale - 1.0) * rng.random::<f64>() + 1.0).powi(2) / scale;
     let z = other.z.iter().zip(&walker.z).map(|(fixed, moving)| fixed + stretch * (moving - fixed));
-    let place = Point::new(likelihood, z.collect());
-    let log_ratio = (walker.z.len() as f64 - 1.0) * stretch.ln() + place.log_density() - walker.log_density();
+    let point = Point::new(likelihood, z.collect());
+    let log_ratio = (walker.z.len() as f64 - 1.0) * stretch.ln() + point.log_density - walker.log_density;
     let is_accepted = rng.random::<f64>().ln() < log_ratio;
-    Moved { place: is_accepted.then_some(place), evaluations: 1, expansions: 0, contractions: 0 }
+    Moved { point: is_accepted.then_some(point), expansions: 0, contractions: 0 }
 }

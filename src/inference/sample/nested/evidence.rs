@@ -3,52 +3,36 @@
 use rand::seq::SliceRandom;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Exp1};
-use serde::{Deserialize, Serialize};
 
 use super::live_points::{LivePoint, NestedRun};
 use crate::inference::sample::chains::Chain;
+use crate::inference::sample::normal::log_sum;
+use crate::inference::sample::sampler::Evidence;
 use crate::numerics::random::{Stage, stream};
 
 /// Simulated shrinkages behind the error of the log-evidence.
 const SIMULATIONS: usize = 200;
 
-/// The evidence of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Evidence {
-    /// ln Z = ln ∫ L π: Z is normalised over the prior, with the likelihood's own constants.
-    pub log_evidence: f64,
-    /// Standard deviation of ln Z when the unknown shrinkage of each step is drawn anew (Skilling 2006), with
-    /// that of the fraction of the prior that has any likelihood.
-    pub log_evidence_error: f64,
-    /// Information H = ∫ p ln(p/π) in nats: how much the data tell; √(H/live points) is the classical error.
-    pub information_nats: f64,
-    /// Kish's effective number (Σw)²/Σw² of weighted draws, of all runs. It leaves out that the weights
-    /// themselves are uncertain: means scatter by up to 1.7 times what it says.
-    pub effective_draws: f64,
-}
-
 /// Merged evidence, and a chain of equal-weight draws for every run, all of one length.
-pub(super) fn conclude(climbs: &[NestedRun], seed: u64) -> (Evidence, Vec<Chain>) {
-    let merged = Ladder::new(climbs.iter().flat_map(|climb| climb.dead.iter().chain(&climb.live)).collect());
+pub(super) fn conclude(runs: &[NestedRun], seed: u64) -> (Evidence, Vec<Chain>) {
+    let merged = Ladder::new(runs.iter().flat_map(|run| run.dead.iter().chain(&run.live)).collect());
     let expected = merged.log_weights(|live| 1.0 / live);
-    let log_evidence = log_sum(&expected);
-    let fraction = climbs.iter().map(NestedRun::log_allowed_fraction).sum::<f64>() / climbs.len() as f64;
+    let log_evidence = log_sum(expected.iter().copied());
+    let fraction = runs.iter().map(|run| run.log_allowed_fraction).sum::<f64>() / runs.len() as f64;
     // Of a negative binomial number of draws, averaged over the runs.
-    let fraction_variance = climbs
-        .iter()
-        .map(|climb| (1.0 - climb.log_allowed_fraction().exp()) / climb.live.len() as f64)
-        .sum::<f64>()
-        / (climbs.len() as f64).powi(2);
+    let fraction_variance =
+        runs.iter().map(|run| (1.0 - run.log_allowed_fraction.exp()) / run.live.len() as f64).sum::<f64>()
+            / (runs.len() as f64).powi(2);
     let information = merged.points.iter().zip(&expected).map(|(point, log_weight)| {
         let share = (log_weight - log_evidence).exp();
-        if share > 0.0 { share * (point.log_likelihood() - log_evidence - fraction) } else { 0.0 }
+        if share > 0.0 { share * (point.log_likelihood - log_evidence - fraction) } else { 0.0 }
     });
     let information_nats = information.sum();
     let mut rng = stream(seed, 0, Stage::Evidence, 0);
     let simulated: Vec<f64> = (0..SIMULATIONS)
         .map(|_| {
             // −ln t of the largest of n uniform numbers is exponential with mean 1/n.
-            log_sum(&merged.log_weights(|live| {
+            log_sum(merged.log_weights(|live| {
                 let unit: f64 = Exp1.sample(&mut rng);
                 unit / live
             }))
@@ -58,12 +42,12 @@ pub(super) fn conclude(climbs: &[NestedRun], seed: u64) -> (Evidence, Vec<Chain>
     let variance = simulated.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (SIMULATIONS - 1) as f64;
 
     let ladders: Vec<Ladder> =
-        climbs.iter().map(|climb| Ladder::new(climb.dead.iter().chain(&climb.live).collect())).collect();
+        runs.iter().map(|run| Ladder::new(run.dead.iter().chain(&run.live).collect())).collect();
     let shares: Vec<Vec<f64>> = ladders
         .iter()
         .map(|ladder| {
             let log_weights = ladder.log_weights(|live| 1.0 / live);
-            let total = log_sum(&log_weights);
+            let total = log_sum(log_weights.iter().copied());
             log_weights.iter().map(|log_weight| (log_weight - total).exp()).collect()
         })
         .collect();
@@ -96,11 +80,11 @@ struct Ladder<'a> {
 impl<'a> Ladder<'a> {
     /// Live points at the end die without successors, so fewer and fewer remain.
     fn new(mut points: Vec<&'a LivePoint>) -> Self {
-        points.sort_by(|a, b| a.log_likelihood().total_cmp(&b.log_likelihood()));
-        let mut births: Vec<f64> = points.iter().map(|point| point.birth()).collect();
+        points.sort_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood));
+        let mut births: Vec<f64> = points.iter().map(|point| point.birth).collect();
         births.sort_by(f64::total_cmp);
         let live = |(dead, point): (usize, &&LivePoint)| {
-            (births.partition_point(|birth| *birth < point.log_likelihood()) - dead) as f64
+            (births.partition_point(|birth| *birth < point.log_likelihood) - dead) as f64
         };
         let live = points.iter().enumerate().map(live).collect();
         Self { points, live }
@@ -113,7 +97,7 @@ impl<'a> Ladder<'a> {
             let step = shrinkage(live.max(1.0));
             let log_shell = log_volume + (-(-step).exp_m1()).ln();
             log_volume -= step;
-            point.log_likelihood() + log_shell
+            point.log_likelihood + log_shell
         };
         self.points.iter().zip(&self.live).map(weight).collect()
     }
@@ -132,23 +116,7 @@ impl<'a> Ladder<'a> {
         picked.extend(self.points.last().filter(|_| picked.len() < draws));
         picked.shuffle(rng);
         let mut chain = Chain::default();
-        picked.iter().for_each(|point| chain.push(&point.z, point.log_likelihood()));
+        picked.iter().for_each(|point| chain.push(&point.z, point.log_likelihood));
         chain
-    }
-}
-
-fn log_sum(values: &[f64]) -> f64 {
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    high + values.iter().map(|value| (value - high).exp()).sum::<f64>().ln()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sums_of_exponentials_do_not_overflow() {
-        assert!((log_sum(&[1000.0, 1000.0]) - 1000.0 - 2.0_f64.ln()).abs() < 1e-12);
-        assert_eq!(log_sum(&[f64::NEG_INFINITY, 3.0]), 3.0);
     }
 }

@@ -5,8 +5,7 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use crate::inference::LatentLikelihood;
-use crate::inference::bits;
-use crate::inference::sample::point::log_prior;
+use crate::inference::sample::normal::log_prior;
 use crate::inference::sample::whitening::{Whitening, pooled_covariance};
 
 /// First width of a slice in standard deviations of the live points: as wide as a uniform distribution of that
@@ -20,58 +19,42 @@ const MAX_PRIOR_DRAWS: u64 = 1000;
 pub(super) struct NestedRun {
     pub live: Vec<LivePoint>,
     pub dead: Vec<LivePoint>,
-    /// ln Z of the dead points and ln of the fraction of the prior with L > 0.
-    #[serde(with = "bits")]
-    sums: Vec<f64>,
+    /// ln Z of the dead points.
+    log_evidence: f64,
+    /// ln of the fraction of the prior that has any likelihood.
+    pub log_allowed_fraction: f64,
     pub has_ended: bool,
-    pub evaluations: u64,
 }
 
 /// A point with its likelihood and the likelihood above which it was born.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct LivePoint {
-    #[serde(with = "bits")]
     pub z: Vec<f64>,
-    /// ln L and the threshold at birth.
-    #[serde(with = "bits")]
-    log_likelihoods: Vec<f64>,
-}
-
-impl LivePoint {
-    pub fn log_likelihood(&self) -> f64 {
-        self.log_likelihoods[0]
-    }
-
-    pub fn birth(&self) -> f64 {
-        self.log_likelihoods[1]
-    }
+    pub log_likelihood: f64,
+    /// ln L above which it was born.
+    pub birth: f64,
 }
 
 impl NestedRun {
     /// Live points from the prior; `None` if it has next to no likelihood anywhere.
     pub fn start(likelihood: &dyn LatentLikelihood, live_points: usize, rng: &mut impl Rng) -> Option<Self> {
-        let mut evaluations = 0;
+        let mut drawn = 0;
         let mut live = Vec::with_capacity(live_points);
         while live.len() < live_points {
-            if evaluations == MAX_PRIOR_DRAWS * live_points as u64 {
+            if drawn == MAX_PRIOR_DRAWS * live_points as u64 || likelihood.is_cancelled() {
                 return None;
             }
             let z: Vec<f64> = (0..likelihood.dimension()).map(|_| StandardNormal.sample(rng)).collect();
             let log_likelihood = likelihood.log_likelihood(&z);
-            evaluations += 1;
+            drawn += 1;
             if log_likelihood.is_finite() {
-                live.push(LivePoint { z, log_likelihoods: vec![log_likelihood, f64::NEG_INFINITY] });
+                live.push(LivePoint { z, log_likelihood, birth: f64::NEG_INFINITY });
             }
         }
         // Unbiased for draws made until so many have succeeded.
-        let fraction = (live_points as f64 - 1.0) / (evaluations as f64 - 1.0);
-        let sums = vec![f64::NEG_INFINITY, fraction.ln()];
-        Some(Self { live, dead: Vec::new(), sums, has_ended: false, evaluations })
-    }
-
-    /// ln of the fraction of the prior that has any likelihood.
-    pub fn log_allowed_fraction(&self) -> f64 {
-        self.sums[1]
+        let fraction = (live_points as f64 - 1.0) / (drawn as f64 - 1.0);
+        let (log_evidence, log_allowed_fraction) = (f64::NEG_INFINITY, fraction.ln());
+        Some(Self { live, dead: Vec::new(), log_evidence, log_allowed_fraction, has_ended: false })
     }
 
     /// ln of the prior volume above the last dead point, as a fraction of what has any likelihood.
@@ -81,8 +64,8 @@ impl NestedRun {
 
     /// ln(1 + L_max X / Z).
     pub fn remaining_log_evidence(&self) -> f64 {
-        let highest = self.live.iter().map(LivePoint::log_likelihood).fold(f64::NEG_INFINITY, f64::max);
-        let excess = highest + self.log_volume() - self.sums[0];
+        let highest = self.live.iter().map(|point| point.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
+        let excess = highest + self.log_volume() - self.log_evidence;
         // ln(1 + e^x) for any x.
         excess.max(0.0) + (-excess.abs()).exp().ln_1p()
     }
@@ -99,34 +82,38 @@ impl NestedRun {
         let mut whitening = Whitening::identity(likelihood.dimension());
         for step in 0..count {
             self.has_ended |= self.remaining_log_evidence() < tolerance;
-            if self.has_ended {
+            if self.has_ended || likelihood.is_cancelled() {
                 return;
             }
             if step % (count / 5) == 0 {
                 whitening = self.whitening().unwrap_or(whitening);
             }
             let lowest = self.lowest();
-            let threshold = self.live[lowest].log_likelihood();
-            let above: Vec<usize> =
-                (0..count).filter(|&i| self.live[i].log_likelihood() > threshold).collect();
+            let threshold = self.live[lowest].log_likelihood;
+            let above: Vec<usize> = (0..count).filter(|&i| self.live[i].log_likelihood > threshold).collect();
             if above.is_empty() {
                 // A plateau: every live point has the highest likelihood there is.
                 self.has_ended = true;
                 return;
             }
             let start = &self.live[above[rng.random_range(0..above.len() as u32) as usize]];
-            let (point, evaluations) = climbed(likelihood, start, threshold, &whitening, slices, rng);
+            let point = climbed(likelihood, start, threshold, &whitening, slices, rng);
             let log_weight = threshold + self.log_volume() - (count as f64).ln();
-            self.evaluations += evaluations;
             self.dead.push(std::mem::replace(&mut self.live[lowest], point));
-            let (high, low) = (self.sums[0].max(log_weight), self.sums[0].min(log_weight));
-            self.sums[0] = high + (low - high).exp().ln_1p();
+            let (high, low) = (self.log_evidence.max(log_weight), self.log_evidence.min(log_weight));
+            self.log_evidence = high + (low - high).exp().ln_1p();
         }
+    }
+
+    /// Whether there are so many live points of that dimension, and all dead ones are of it.
+    pub fn fits(&self, live_points: usize, dimension: usize) -> bool {
+        self.live.len() == live_points
+            && self.live.iter().chain(&self.dead).all(|point| point.z.len() == dimension)
     }
 
     fn lowest(&self) -> usize {
         let order =
-            |&a: &usize, &b: &usize| self.live[a].log_likelihood().total_cmp(&self.live[b].log_likelihood());
+            |&a: &usize, &b: &usize| self.live[a].log_likelihood.total_cmp(&self.live[b].log_likelihood);
         (0..self.live.len()).min_by(order).unwrap_or(0)
     }
 
@@ -146,8 +133,8 @@ fn climbed(
     whitening: &Whitening,
     slices: usize,
     rng: &mut impl Rng,
-) -> (LivePoint, u64) {
-    let (mut z, mut log_likelihood, mut evaluations) = (start.z.clone(), start.log_likelihood(), 0);
+) -> LivePoint {
+    let (mut z, mut log_likelihood) = (start.z.clone(), start.log_likelihood);
     let mut basis = Vec::new();
     for _ in 0..slices {
         if basis.is_empty() {
@@ -164,7 +151,6 @@ fn climbed(
             let trial: Vec<f64> = z.iter().zip(&direction).map(|(z, direction)| z + t * direction).collect();
             // The prior costs nothing, so it is asked first.
             if log_prior(&trial) > prior_level {
-                evaluations += 1;
                 let value = likelihood.log_likelihood(&trial);
                 if value > threshold {
                     (z, log_likelihood) = (trial, value);
@@ -174,7 +160,7 @@ fn climbed(
             if t < 0.0 { low = t } else { high = t }
         }
     }
-    (LivePoint { z, log_likelihoods: vec![log_likelihood, threshold] }, evaluations)
+    LivePoint { z, log_likelihood, birth: threshold }
 }
 
 /// Orthonormal vectors in random directions (Gram & Schmidt on normal deviates).

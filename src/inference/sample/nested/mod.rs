@@ -12,11 +12,11 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use self::evidence::Evidence;
 use self::live_points::NestedRun;
 use super::chains::Chains;
-use super::point::Problem;
-use crate::error::{Error, Result, require};
+use super::problem::Problem;
+use super::sampler::{Evidence, EvidenceSoFar, Sampler};
+use crate::error::{Domain, Error, Result};
 use crate::inference::LatentLikelihood;
 use crate::numerics::random::{Stage, stream};
 
@@ -52,76 +52,83 @@ impl Default for NestedSettings {
 impl NestedSettings {
     fn check(&self, dimension: usize) -> Result<()> {
         let least_live = (2 * dimension + 1).max(10);
-        for (what, value, least) in [
-            ("runs", self.runs, 2),
-            ("live_points", self.live_points, least_live),
-            ("slices_per_coordinate", self.slices_per_coordinate, 1),
-            ("max_shrinkage", self.max_shrinkage, 1),
+        for (what, value, domain) in [
+            ("runs", self.runs as f64, Domain::at_least(2.0)),
+            ("live_points", self.live_points as f64, Domain::at_least(least_live as f64)),
+            ("slices_per_coordinate", self.slices_per_coordinate as f64, Domain::at_least(1.0)),
+            ("max_shrinkage", self.max_shrinkage as f64, Domain::at_least(1.0)),
+            ("log_evidence_tolerance", self.log_evidence_tolerance, Domain::POSITIVE),
         ] {
-            let allowed = format!("at least {least}");
-            require(value >= least, &format!("{what} of nested"), value as f64, &allowed)?;
+            domain.check(&format!("{what} of nested"), value)?;
         }
-        let tolerance = self.log_evidence_tolerance;
-        require(tolerance > 0.0, "log_evidence_tolerance of nested", tolerance, "positive")
+        Ok(())
     }
 }
 
 /// Everything a block starts from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct NestedState {
-    settings: NestedSettings,
-    climbs: Vec<NestedRun>,
+pub(crate) struct Nested {
+    pub settings: NestedSettings,
+    runs: Vec<NestedRun>,
     evidence: Option<Evidence>,
 }
 
-impl NestedState {
+impl Nested {
     pub fn start(settings: NestedSettings, seed: u64, problem: &Problem) -> Result<Self> {
         settings.check(problem.likelihood.dimension())?;
-        let climbs: Option<Vec<NestedRun>> = (0..settings.runs)
+        let runs: Option<Vec<NestedRun>> = (0..settings.runs)
             .into_par_iter()
             .map(|run| {
                 let mut rng = stream(seed, run as u64, Stage::Sampling, 0);
                 NestedRun::start(problem.likelihood, settings.live_points, &mut rng)
             })
             .collect();
-        let climbs = climbs.ok_or_else(|| {
+        let runs = runs.ok_or_else(|| {
             let allowed = "finite somewhere under the priors";
             Error::out_of_range("the log-likelihood at every draw from the priors", "-inf", allowed)
         })?;
-        Ok(Self { settings, climbs, evidence: None })
+        Ok(Self { settings, runs, evidence: None })
+    }
+}
+
+impl Sampler for Nested {
+    fn empty_chains(&self, dimension: usize) -> Chains {
+        Chains::new(dimension, self.settings.runs, 1)
     }
 
     /// Replaces as many points as there are live ones in every run that has not ended.
-    pub fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
+    fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
         let settings = self.settings;
-        self.climbs.par_iter_mut().enumerate().for_each(|(run, climb)| {
-            let mut rng = stream(seed, run as u64, Stage::Sampling, block);
+        self.runs.par_iter_mut().enumerate().for_each(|(number, run)| {
+            let mut rng = stream(seed, number as u64, Stage::Sampling, block);
             let slices = settings.slices_per_coordinate * likelihood.dimension();
-            climb.advance(likelihood, slices, settings.log_evidence_tolerance, &mut rng);
+            run.advance(likelihood, slices, settings.log_evidence_tolerance, &mut rng);
         });
-        if self.climbs.iter().all(|climb| climb.has_ended) || block as usize >= settings.max_shrinkage {
-            let (evidence, draws) = evidence::conclude(&self.climbs, seed);
+        if self.runs.iter().all(|run| run.has_ended) || block as usize >= settings.max_shrinkage {
+            let (evidence, draws) = evidence::conclude(&self.runs, seed);
             self.evidence = Some(evidence);
             chains.chains = draws;
         }
     }
 
-    /// The evidence, once all runs have ended.
-    pub fn evidence(&self) -> Option<Evidence> {
-        self.evidence
+    fn max_draws(&self) -> Option<usize> {
+        None
     }
 
-    /// True if the runs ended by their tolerance and not by the limit.
-    pub fn has_ended(&self) -> bool {
-        self.climbs.iter().all(|climb| climb.has_ended)
+    fn evidence(&self) -> Option<EvidenceSoFar> {
+        Some(EvidenceSoFar {
+            evidence: self.evidence,
+            remaining_log_evidence: self
+                .runs
+                .iter()
+                .map(NestedRun::remaining_log_evidence)
+                .fold(0.0, f64::max),
+            is_precise: self.runs.iter().all(|run| run.has_ended),
+        })
     }
 
-    /// What the live points may still add to the log-evidence, the most of any run.
-    pub fn remaining_log_evidence(&self) -> f64 {
-        self.climbs.iter().map(NestedRun::remaining_log_evidence).fold(0.0, f64::max)
-    }
-
-    pub fn evaluations(&self) -> u64 {
-        self.climbs.iter().map(|climb| climb.evaluations).sum()
+    fn fits(&self, dimension: usize) -> bool {
+        let live_points = self.settings.live_points;
+        self.runs.len() == self.settings.runs && self.runs.iter().all(|run| run.fits(live_points, dimension))
     }
 }

@@ -13,11 +13,12 @@ use serde::{Deserialize, Serialize};
 use self::step_size::DualAveraging;
 use self::trajectory::{Draw, Integrator};
 use super::chains::{Chain, Chains};
-use super::point::{Point, Problem};
+use super::point::Point;
+use super::problem::Problem;
+use super::sampler::Sampler;
 use super::whitening::{Whitening, pooled_covariance};
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 use crate::inference::LatentLikelihood;
-use crate::inference::bits;
 use crate::numerics::random::{Stage, stream};
 
 /// Draws a coordinate needs in one round of warm-up before the metric is taken from them.
@@ -62,20 +63,19 @@ impl Default for NutsSettings {
 }
 
 impl NutsSettings {
-    pub(super) fn check(&self) -> Result<()> {
-        let at_least = |what: &str, value: usize, least: usize| {
-            let allowed = format!("at least {least}");
-            require(value >= least, &format!("{what} of nuts"), value as f64, &allowed)
-        };
-        at_least("chains", self.chains, 2)?;
-        at_least("warmup_draws", self.warmup_draws, 20)?;
-        at_least("block_draws", self.block_draws, 1)?;
-        at_least("max_draws", self.max_draws, 4)?;
-        let (target, depth, spread) =
-            (self.target_acceptance, f64::from(self.max_tree_depth), self.start_spread);
-        require(0.5 < target && target < 1.0, "target_acceptance of nuts", target, "in (0.5, 1)")?;
-        require((1.0..=20.0).contains(&depth), "max_tree_depth of nuts", depth, "in 1..=20")?;
-        require(spread >= 0.0, "start_spread of nuts", spread, "not negative")
+    fn check(&self) -> Result<()> {
+        for (what, value, domain) in [
+            ("chains", self.chains as f64, Domain::at_least(2.0)),
+            ("warmup_draws", self.warmup_draws as f64, Domain::at_least(20.0)),
+            ("block_draws", self.block_draws as f64, Domain::at_least(1.0)),
+            ("max_draws", self.max_draws as f64, Domain::at_least(4.0)),
+            ("target_acceptance", self.target_acceptance, Domain::inside(0.5, 1.0)),
+            ("max_tree_depth", f64::from(self.max_tree_depth), Domain::from_to(1.0, 20.0)),
+            ("start_spread", self.start_spread, Domain::NON_NEGATIVE),
+        ] {
+            domain.check(&format!("{what} of nuts"), value)?;
+        }
+        Ok(())
     }
 
     /// Draws of the three rounds of warm-up.
@@ -87,53 +87,40 @@ impl NutsSettings {
 
 /// Everything a block of draws starts from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct NutsState {
-    settings: NutsSettings,
+pub(crate) struct Nuts {
+    pub settings: NutsSettings,
     whitening: Whitening,
-    places: Vec<Point>,
+    /// Where every chain stands.
+    points: Vec<Point>,
     /// The step of every chain.
-    #[serde(with = "bits")]
     steps: Vec<f64>,
-    pub evaluations: u64,
 }
 
 /// What one chain brings back from a block.
 struct ChainBlock {
-    place: Point,
+    point: Point,
     step: f64,
-    gradients: u64,
     chain: Chain,
 }
 
-impl NutsState {
+impl Nuts {
     pub fn start(settings: NutsSettings, seed: u64, problem: &Problem) -> Result<Self> {
         settings.check()?;
         let whitening = problem.whitening()?;
-        let places: Result<Vec<Point>> = (0..settings.chains)
+        let points: Result<Vec<Point>> = (0..settings.chains)
             .map(|chain| {
                 let mut rng = stream(seed, chain as u64, Stage::Sampling, 0);
                 let z = problem.scattered(chain, settings.start_spread, &whitening, &mut rng)?;
                 Ok(Point::with_gradient(problem.likelihood, z))
             })
             .collect();
-        let places = places?;
-        if places.iter().any(|place| !place.log_density().is_finite()) {
+        let points = points?;
+        if points.iter().any(|point| !point.log_density.is_finite()) {
             let what = "the gradient of the log-likelihood at a start point";
             return Err(Error::out_of_range(what, "not finite", "finite where the log-likelihood is"));
         }
         let steps = vec![first_step(problem.likelihood.dimension()); settings.chains];
-        let evaluations = 2 * settings.chains as u64;
-        Ok(Self { settings, whitening, places, steps, evaluations })
-    }
-
-    /// Draws of a chain after which sampling stops.
-    pub fn max_draws(&self) -> usize {
-        self.settings.max_draws
-    }
-
-    /// Whether the gradients allowed are used up.
-    pub fn is_exhausted(&self) -> bool {
-        self.evaluations >= self.settings.max_gradients
+        Ok(Self { settings, whitening, points, steps })
     }
 
     /// Whether the draws of that block are thrown away.
@@ -141,27 +128,8 @@ impl NutsState {
         block <= self.settings.rounds().len() as u64
     }
 
-    /// One round of warm-up or one block of draws.
-    pub fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
-        let round = self.settings.rounds().get(block as usize - 1).copied();
-        let legs: Vec<ChainBlock> = (0..self.places.len())
-            .into_par_iter()
-            .map(|chain| {
-                self.leg(likelihood, chain, stream(seed, chain as u64, Stage::Sampling, block), round)
-            })
-            .collect();
-        self.evaluations += legs.iter().map(|leg| leg.gradients).sum::<u64>();
-        self.steps = legs.iter().map(|leg| leg.step).collect();
-        self.places = legs.iter().map(|leg| leg.place.clone()).collect();
-        let legs: Vec<Chain> = legs.into_iter().map(|leg| leg.chain).collect();
-        match round {
-            Some(_) => self.tune(&legs, chains.dimension, block),
-            None => chains.chains.iter_mut().zip(legs).for_each(|(chain, leg)| chain.append(leg)),
-        }
-    }
-
     /// The draws of one chain; its step size is sought during warm-up and kept afterwards.
-    fn leg(
+    fn chain_block(
         &self,
         likelihood: &dyn LatentLikelihood,
         chain: usize,
@@ -170,36 +138,38 @@ impl NutsState {
     ) -> ChainBlock {
         let (max_depth, whitening) = (self.settings.max_tree_depth, &self.whitening);
         let mut search = DualAveraging::new(self.steps[chain], self.settings.target_acceptance);
-        let mut leg = ChainBlock {
-            place: self.places[chain].clone(),
+        let mut done = ChainBlock {
+            point: self.points[chain].clone(),
             step: self.steps[chain],
-            gradients: 0,
             chain: Chain::default(),
         };
         for _ in 0..round.unwrap_or(self.settings.block_draws) {
-            let integrator = Integrator { likelihood, whitening, step: leg.step, max_depth };
-            let draw = integrator.draw(&leg.place, &mut rng);
+            let integrator = Integrator { likelihood, whitening, step: done.step, max_depth };
+            if likelihood.is_cancelled() {
+                break;
+            }
+            let draw = integrator.draw(&done.point, &mut rng);
             if round.is_some() {
                 search.update(draw.acceptance);
-                leg.step = search.step();
+                done.step = search.step();
             }
-            leg.gradients += draw.gradients;
-            leg.chain.note(&draw);
-            leg.place = draw.place;
+            done.chain.note(&draw);
+            done.point = draw.point;
         }
         if round.is_some() {
-            leg.step = search.averaged();
+            done.step = search.averaged();
         }
-        leg
+        done
     }
 
     /// Pools the step sizes, and before the last round takes the metric from the draws where they are enough
     /// for it.
-    fn tune(&mut self, legs: &[Chain], dimension: usize, block: u64) {
+    fn tune(&mut self, drawn: &[Chain], dimension: usize, block: u64) {
         // The chains of the first round still come from their starts.
-        let skipped = if block == 1 { legs[0].len() / 2 } else { 0 };
-        let draws: Vec<Vec<f64>> = legs.iter().map(|leg| leg.z[skipped * dimension..].to_vec()).collect();
-        let are_enough = legs.len() * (legs[0].len() - skipped) >= DRAWS_FOR_METRIC * dimension;
+        let skipped = if block == 1 { drawn[0].len() / 2 } else { 0 };
+        let draws: Vec<Vec<f64>> =
+            drawn.iter().map(|chain| chain.z[skipped * dimension..].to_vec()).collect();
+        let are_enough = drawn.len() * (drawn[0].len() - skipped) >= DRAWS_FOR_METRIC * dimension;
         let metric = (are_enough && self.is_warming_up(block + 1))
             .then(|| pooled_covariance(&draws, dimension))
             .flatten()
@@ -210,9 +180,51 @@ impl NutsState {
                 // In units of a new metric the old steps mean nothing.
                 first_step(dimension)
             }
-            None => (self.steps.iter().map(|step| step.ln()).sum::<f64>() / legs.len() as f64).exp(),
+            None => (self.steps.iter().map(|step| step.ln()).sum::<f64>() / drawn.len() as f64).exp(),
         };
         self.steps.fill(pooled);
+    }
+}
+
+impl Sampler for Nuts {
+    fn empty_chains(&self, dimension: usize) -> Chains {
+        Chains::new(dimension, self.settings.chains, 1)
+    }
+
+    fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
+        let round = self.settings.rounds().get(block as usize - 1).copied();
+        let done: Vec<ChainBlock> = (0..self.points.len())
+            .into_par_iter()
+            .map(|chain| {
+                let rng = stream(seed, chain as u64, Stage::Sampling, block);
+                self.chain_block(likelihood, chain, rng, round)
+            })
+            .collect();
+        if likelihood.is_cancelled() {
+            return;
+        }
+        self.steps = done.iter().map(|chain| chain.step).collect();
+        self.points = done.iter().map(|chain| chain.point.clone()).collect();
+        let drawn: Vec<Chain> = done.into_iter().map(|chain| chain.chain).collect();
+        match round {
+            Some(_) => self.tune(&drawn, chains.dimension, block),
+            None => chains.chains.iter_mut().zip(drawn).for_each(|(chain, drawn)| chain.append(drawn)),
+        }
+    }
+
+    fn max_draws(&self) -> Option<usize> {
+        Some(self.settings.max_draws)
+    }
+
+    fn is_exhausted(&self, evaluations: u64) -> bool {
+        evaluations >= self.settings.max_gradients
+    }
+
+    fn fits(&self, dimension: usize) -> bool {
+        let chains = self.settings.chains;
+        (self.points.len(), self.steps.len()) == (chains, chains)
+            && self.whitening.fits(dimension)
+            && self.points.iter().all(|point| (point.z.len(), point.gradient.len()) == (dimension, dimension))
     }
 }
 
@@ -223,7 +235,7 @@ fn first_step(dimension: usize) -> f64 {
 
 impl Chain {
     fn note(&mut self, draw: &Draw) {
-        self.push(&draw.place.z, draw.place.log_likelihood());
+        self.push(&draw.point.z, draw.point.log_likelihood);
         self.energy.push(draw.energy);
         self.acceptance.push(draw.acceptance);
         self.divergent.push(draw.divergent);

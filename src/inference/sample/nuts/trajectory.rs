@@ -26,18 +26,17 @@ pub(super) struct Integrator<'a> {
 
 /// The next draw and what is noted about its trajectory.
 pub(super) struct Draw {
-    pub place: Point,
+    pub point: Point,
     pub energy: f64,
     pub acceptance: f64,
     pub divergent: bool,
     pub depth: u8,
-    pub gradients: u64,
 }
 
 /// A point of phase space; `force` is the gradient in whitened coordinates.
 #[derive(Clone)]
 struct Phase {
-    place: Point,
+    point: Point,
     momentum: Vec<f64>,
     force: Vec<f64>,
 }
@@ -67,7 +66,7 @@ impl Integrator<'_> {
     pub fn draw(self, from: &Point, rng: &mut impl Rng) -> Draw {
         let momentum: Vec<f64> = from.z.iter().map(|_| StandardNormal.sample(rng)).collect();
         let force = self.whitening.pull(&from.gradient);
-        let start = Phase { place: from.clone(), momentum, force };
+        let start = Phase { point: from.clone(), momentum, force };
         let energy = start.energy();
         let mut tally =
             Tally { integrator: self, energy, acceptance: 0.0, gradients: 0, divergent: false, rng };
@@ -92,9 +91,8 @@ impl Integrator<'_> {
                 break;
             }
         }
-        let (gradients, divergent) = (tally.gradients, tally.divergent);
-        let acceptance = tally.acceptance / gradients.max(1) as f64;
-        Draw { place: whole.sample, energy, acceptance, divergent, depth, gradients }
+        let acceptance = tally.acceptance / tally.gradients.max(1) as f64;
+        Draw { point: whole.sample, energy, acceptance, divergent: tally.divergent, depth }
     }
 
     /// One leapfrog step forward (+1) or backward (−1) in time.
@@ -105,10 +103,10 @@ impl Integrator<'_> {
         };
         let momentum = kicked(&from.momentum, &from.force);
         let drift = self.whitening.push(&momentum);
-        let z = from.place.z.iter().zip(&drift).map(|(z, drift)| z + 2.0 * half * drift).collect();
-        let place = Point::with_gradient(self.likelihood, z);
-        let force = self.whitening.pull(&place.gradient);
-        Phase { momentum: kicked(&momentum, &force), place, force }
+        let z = from.point.z.iter().zip(&drift).map(|(z, drift)| z + 2.0 * half * drift).collect();
+        let point = Point::with_gradient(self.likelihood, z);
+        let force = self.whitening.pull(&point.gradient);
+        Phase { momentum: kicked(&momentum, &force), point, force }
     }
 }
 
@@ -137,13 +135,13 @@ impl<R: Rng> Tally<'_, R> {
 
 impl Phase {
     fn energy(&self) -> f64 {
-        0.5 * dot(&self.momentum, &self.momentum) - self.place.log_density()
+        0.5 * dot(&self.momentum, &self.momentum) - self.point.log_density
     }
 }
 
 impl Stretch {
     fn leaf(phase: Phase, log_weight: f64) -> Self {
-        let (rho, sample) = (phase.momentum.clone(), phase.place.clone());
+        let (rho, sample) = (phase.momentum.clone(), phase.point.clone());
         Self { near: phase.clone(), far: phase, rho, log_weight, sample }
     }
 
@@ -200,9 +198,9 @@ mod tests {
     }
 
     fn start(likelihood: &Narrow) -> Phase {
-        let place = Point::with_gradient(likelihood, vec![0.05, -0.1]);
+        let point = Point::with_gradient(likelihood, vec![0.05, -0.1]);
         let momentum = vec![0.7, 0.3];
-        Phase { force: place.gradient.clone(), place, momentum }
+        Phase { force: point.gradient.clone(), point, momentum }
     }
 
     #[test]
@@ -216,10 +214,10 @@ mod tests {
             let steps = (0.4 / step).round() as usize;
             let end = (0..steps).fold(start.clone(), |phase, _| integrator.leapfrog(&phase, 1.0));
             let back = (0..steps).fold(end.clone(), |phase, _| integrator.leapfrog(&phase, -1.0));
-            assert!((back.place.z[0] - start.place.z[0]).abs() < 1e-13);
+            assert!((back.point.z[0] - start.point.z[0]).abs() < 1e-13);
             // Exactly: z0 cos(t/s) + s p0 sin(t/s).
             let (sin, cos) = (0.4_f64 / 0.3).sin_cos();
-            (end.place.z[0] - (0.05 * cos + 0.3 * 0.7 * sin)).abs()
+            (end.point.z[0] - (0.05 * cos + 0.3 * 0.7 * sin)).abs()
         };
         let order = (error(0.02) / error(0.01)).log2();
         assert!((order - 2.0).abs() < 0.05, "{order}");
@@ -231,9 +229,9 @@ mod tests {
         let whitening = Whitening::identity(2);
         let integrator =
             Integrator { likelihood: &likelihood, whitening: &whitening, step: 1.0, max_depth: 10 };
-        let from = start(&likelihood).place;
+        let from = start(&likelihood).point;
         let mut rng = crate::numerics::random::stream(1, 0, crate::numerics::random::Stage::Sampling, 0);
         let draw = integrator.draw(&from, &mut rng);
-        assert!(draw.divergent && draw.place == from && draw.gradients == 1);
+        assert!(draw.divergent && draw.point == from && draw.depth == 1);
     }
 }

@@ -1,13 +1,10 @@
-//! How t is drawn about a floor, in units of the normal distribution that the curvature there gives.
+//! How t is drawn about a conditional maximum, in units of the normal distribution that the curvature there gives.
 
 use nalgebra::DVector;
-use rand::Rng;
-use rand::RngExt;
-use rand_distr::{Cauchy, Distribution};
+use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::Continuous;
 
-use super::position::{log_sum, normal};
+use crate::inference::sample::normal::{log_sum, normal};
 
 /// Several independent draws, all normal, or with Cauchy tails along the widest directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,7 +49,7 @@ impl ImportanceDraws {
         let mut unit = normal(dimension, rng);
         for u in unit.iter_mut().take(self.tailed()) {
             if rng.random::<f64>() < SHARE {
-                *u = Cauchy::new(0.0, WIDTH).expect("a positive width").sample(rng);
+                *u = WIDTH * (std::f64::consts::PI * rng.random::<f64>()).tan();
             }
         }
         unit
@@ -76,10 +73,9 @@ impl ImportanceDraws {
 
 /// ln of [0.7 N(u; 0, 1) + 0.3 Cauchy(u; 0, 3)]/N(u; 0, 1).
 fn log_tailed(u: f64) -> f64 {
-    let [tails, normal] = [
-        statrs::distribution::Cauchy::new(0.0, WIDTH).expect("a positive width").ln_pdf(u),
-        statrs::distribution::Normal::standard().ln_pdf(u),
-    ];
+    const LN_SQRT_TAU: f64 = 0.918_938_533_204_672_8;
+    let tails = -(std::f64::consts::PI * WIDTH * (1.0 + (u / WIDTH) * (u / WIDTH))).ln();
+    let normal = -0.5 * u * u - LN_SQRT_TAU;
     log_sum([(1.0 - SHARE).ln(), SHARE.ln() + tails - normal])
 }
 
@@ -106,11 +102,11 @@ mod tests {
     #[test]
     fn draws_have_the_density_that_is_said() {
         // Of draws weighted to normal ones: mean weight, and the fraction within a deviation, of the first and the last.
-        let across = ImportanceDraws::normal(MOST_TRIES).or_with_tails();
+        let importance = ImportanceDraws::normal(MOST_TRIES).or_with_tails();
         let mut rng = stream(1, 0, Stage::Sampling, 0);
-        let draws: Vec<_> = (0..200_000).map(|_| across.draw(4, &mut rng)).collect();
+        let draws: Vec<_> = (0..200_000).map(|_| importance.draw(4, &mut rng)).collect();
         let mean = |of: &dyn Fn(&DVector<f64>) -> bool| {
-            let weight = |u: &&DVector<f64>| (-across.log_excess(u)).exp();
+            let weight = |u: &&DVector<f64>| (-importance.log_excess(u)).exp();
             draws.iter().filter(|u| of(u)).map(|u| weight(&u)).sum::<f64>() / draws.len() as f64
         };
         assert!((mean(&|_| true) - 1.0).abs() < 0.005);

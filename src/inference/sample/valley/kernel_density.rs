@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use super::position::{log_sum, normal};
-use crate::inference::bits;
+use crate::inference::sample::normal::{log_sum, normal};
 
 /// Normal kernels about draws, each as wide as the floor there says the posterior is, times Scott's n^(−1/(d + 4)) (1992,
 /// Multivariate Density Estimation, chapter 6): where a valley bends they follow it.
@@ -17,13 +16,10 @@ pub(super) struct KernelDensity {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Kernel {
-    #[serde(with = "bits::matrix")]
     centre: DVector<f64>,
     /// C of the precision C Cᵀ, lower triangular.
-    #[serde(with = "bits::matrix")]
     factor: DMatrix<f64>,
     /// ½ ln det of the precision.
-    #[serde(with = "bits::number")]
     log_peak: f64,
 }
 
@@ -45,6 +41,13 @@ impl KernelDensity {
         };
         let kernels: Vec<_> = kept.filter_map(kernel).collect();
         (!kernels.is_empty()).then_some(Self { kernels })
+    }
+
+    /// Whether there are kernels, all of that dimension.
+    pub fn fits(&self, slow: usize) -> bool {
+        let of_kernel =
+            |kernel: &Kernel| kernel.centre.len() == slow && kernel.factor.shape() == (slow, slow);
+        !self.kernels.is_empty() && self.kernels.iter().all(of_kernel)
     }
 
     /// A draw of the density.

@@ -3,12 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
 
-use super::MOST_CURVATURES;
 use super::importance::ImportanceDraws;
 use super::position::Position;
 use crate::inference::LatentLikelihood;
-use crate::inference::optimise::{Axes, ConditionalMaximum};
-use crate::inference::sample::point::log_prior;
+use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES};
+use crate::inference::sample::normal::log_prior;
 
 /// Most directions taken as slow; while they are few, the next ones too if wider than a share of what
 /// counts as wide: in few dimensions the surrogate follows them at no cost.
@@ -25,53 +24,45 @@ pub(super) fn widest(width: f64, metric: &DMatrix<f64>) -> usize {
 }
 
 /// The axes with more directions taken as slow, each the one along which the posterior is least normal, until the integral
-/// over the rest is good, and the floor at their origin.
+/// over the rest is good, and the maximum at their origin.
 pub(super) fn slow_directions(
     likelihood: &dyn LatentLikelihood,
     mut axes: Axes,
     rng: &mut impl Rng,
-    evaluations: &mut u64,
 ) -> Option<(Axes, ConditionalMaximum)> {
     /// Draws of t that tell how good the integral is.
     const TRIALS: usize = 32;
     loop {
         let origin = DVector::zeros(axes.slow_dimension());
         let guess = DVector::zeros(axes.stiff_dimension());
-        let direction = match axes.floor(likelihood, &origin, guess, MOST_CURVATURES, evaluations) {
-            Some(floor) => {
+        let direction = match axes.maximum(likelihood, &origin, guess, MOST_CURVATURES) {
+            Some(maximum) => {
                 let (_, spread) =
-                    Position::draw(likelihood, &axes, origin, &floor, ImportanceDraws::normal(TRIALS), rng);
-                *evaluations += TRIALS as u64;
+                    Position::draw(likelihood, &axes, origin, &maximum, ImportanceDraws::normal(TRIALS), rng);
                 if spread < WIDEST_WEIGHTS || axes.slow_dimension() >= MOST_SLOW {
-                    return Some((axes, floor));
+                    return Some((axes, maximum));
                 }
-                least_normal(likelihood, &axes, &floor, evaluations)
+                least_normal(likelihood, &axes, &maximum)
             }
             // The widest.
             None if axes.stiff_dimension() > 0 => 0,
             None => return None,
         };
-        axes = axes.follow(direction);
+        axes = axes.with_slow(direction);
     }
 }
 
-/// The stiff direction along which ln w is furthest from zero on both sides of the floor at the origin.
-fn least_normal(
-    likelihood: &dyn LatentLikelihood,
-    axes: &Axes,
-    floor: &ConditionalMaximum,
-    evaluations: &mut u64,
-) -> usize {
+/// The stiff direction along which ln w is furthest from zero on both sides of the maximum at the origin.
+fn least_normal(likelihood: &dyn LatentLikelihood, axes: &Axes, maximum: &ConditionalMaximum) -> usize {
     const DEVIATIONS: f64 = 1.5;
     let origin = DVector::zeros(axes.slow_dimension());
     let log_weight = |direction: usize, side: f64| {
-        let mut t = floor.stiff.clone();
-        t[direction] += side * DEVIATIONS / floor.factor.row(direction).norm();
+        let mut t = maximum.stiff.clone();
+        t[direction] += side * DEVIATIONS / maximum.factor.row(direction).norm();
         let z = axes.at(&origin, &t);
         let log_density = likelihood.log_likelihood(z.as_slice()) + log_prior(z.as_slice());
-        log_density - floor.log_density + 0.5 * DEVIATIONS * DEVIATIONS
+        log_density - maximum.log_density + 0.5 * DEVIATIONS * DEVIATIONS
     };
-    *evaluations += 2 * axes.stiff_dimension() as u64;
     let misfits = (0..axes.stiff_dimension()).map(|i| log_weight(i, -1.0).abs() + log_weight(i, 1.0).abs());
     DVector::from_iterator(axes.stiff_dimension(), misfits).imax()
 }
@@ -79,7 +70,7 @@ fn least_normal(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::Curvature;
+    use crate::inference::{Curvature, NoCurvature};
     use crate::numerics::random::{Stage, stream};
 
     /// (a, b) measured normally, and (x, y) on an arc of radius 0.01 about (0, −0.01) that is half a radian long.
@@ -114,10 +105,10 @@ mod tests {
             unreachable!("only curvatures are asked for")
         }
 
-        fn curvature(&self, z: &[f64]) -> Option<Curvature> {
+        fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
             let (residuals, jacobian) = Self::residuals(z);
             let prior = DVector::from_column_slice(z);
-            Some(Curvature {
+            Ok(Curvature {
                 log_posterior: -0.5 * (residuals.norm_squared() + prior.norm_squared()),
                 gradient: -jacobian.tr_mul(&residuals) - prior,
                 metric: jacobian.tr_mul(&jacobian) + DMatrix::identity(4, 4),
@@ -129,7 +120,7 @@ mod tests {
     fn a_bent_direction_is_followed_before_wider_straight_ones() {
         let metric = Arc.curvature(&[0.0; 4]).unwrap().metric;
         let mut rng = stream(1, 0, Stage::Sampling, 0);
-        let (axes, _) = slow_directions(&Arc, Axes::split(&[0.0; 4], &metric, 1), &mut rng, &mut 0).unwrap();
+        let (axes, _) = slow_directions(&Arc, Axes::split(&[0.0; 4], &metric, 1), &mut rng).unwrap();
         assert_eq!(axes.slow_dimension(), 2);
         let along = axes.at(&DVector::from_vec(vec![0.0, 1.0]), &DVector::zeros(2));
         assert!((along[2].abs() - 1.0).abs() < 1e-9, "{along}");

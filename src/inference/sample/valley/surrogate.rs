@@ -4,29 +4,21 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::neighbours::{Vicinity, nearest};
-use crate::inference::bits;
 use crate::inference::optimise::ConditionalMaximum;
 
 /// What is remembered of a floor while the surrogate is made.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct KnownMaximum {
-    #[serde(with = "bits::matrix")]
     pub s: DVector<f64>,
     /// ln m = ln p on the floor − ½ ln det.
-    #[serde(with = "bits::number")]
     log_marginal: f64,
     /// ½ ln det.
-    #[serde(with = "bits::number")]
     half_log_determinant: f64,
-    #[serde(with = "bits::matrix")]
     slope: DVector<f64>,
     /// −d² ln p/ds² along the floor.
-    #[serde(with = "bits::matrix")]
     pub metric: DMatrix<f64>,
     /// t̂.
-    #[serde(with = "bits::matrix")]
     pub stiff: DVector<f64>,
-    #[serde(with = "bits::matrix")]
     bend: DMatrix<f64>,
 }
 
@@ -56,18 +48,13 @@ impl KnownMaximum {
 /// tell its length and not the width across it, in which an expansion fails.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Surrogate {
-    #[serde(with = "bits::matrix")]
     centre: DVector<f64>,
-    #[serde(with = "bits::matrix")]
     factor: DMatrix<f64>,
     known: Vec<KnownMaximum>,
     /// d(½ ln det)/ds.
-    #[serde(with = "bits::matrix")]
     determinant_slope: DVector<f64>,
     /// y of x, in which distances are measured, and y of each floor, a row a floor.
-    #[serde(with = "bits::matrix")]
     ruler: DMatrix<f64>,
-    #[serde(with = "bits::matrix")]
     anchors: DMatrix<f64>,
 }
 
@@ -201,7 +188,19 @@ impl Surrogate {
         Neighbours { near, farthest }
     }
 
-    /// The floors it was fitted to.
+    /// Whether all shapes are those of so many slow and stiff directions.
+    pub fn fits(&self, slow: usize, stiff: usize) -> bool {
+        let of_known = |known: &KnownMaximum| {
+            (known.s.len(), known.slope.len(), known.stiff.len()) == (slow, slow, stiff)
+                && (known.metric.shape(), known.bend.shape()) == ((slow, slow), (stiff, slow))
+        };
+        (self.centre.len(), self.determinant_slope.len(), !self.known.is_empty()) == (slow, slow, true)
+            && (self.factor.shape(), self.ruler.shape()) == ((slow, slow), (slow, slow))
+            && self.anchors.shape() == (self.known.len(), slow)
+            && self.known.iter().all(of_known)
+    }
+
+    /// The maxima it was fitted to.
     pub fn known(&self) -> &[KnownMaximum] {
         &self.known
     }

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::kernel_density::KernelDensity;
 use super::neighbours::Vicinity;
-use super::position::normal;
 use super::surrogate::Surrogate;
+use crate::inference::sample::normal::normal;
 
 /// The edge of what is known, in posterior deviations.
 const EDGE: f64 = 14.0;
@@ -28,7 +28,7 @@ pub(super) enum Pace {
 /// accepted likewise.
 pub(super) fn transition(
     surrogate: &Surrogate,
-    memory: Option<&KernelDensity>,
+    density: Option<&KernelDensity>,
     pace: Pace,
     start: &DVector<f64>,
     rng: &mut impl Rng,
@@ -41,16 +41,16 @@ pub(super) fn transition(
         Pace::Doubting => 0.1,
     };
     let is_single = rng.random::<f64>() < share_of_single;
-    let (moves, memory) = if is_single { (1, None) } else { (SEVERAL, memory) };
+    let (moves, density) = if is_single { (1, None) } else { (SEVERAL, density) };
     let power = if pace == Pace::Doubting { rng.random_range(LEAST_POWER..1.0) } else { 1.0 };
     let mut vicinity = Vicinity::empty();
     let first = SurrogatePoint::at(surrogate, power, start.clone(), None);
     let mut here = first.clone();
     // Every move is drawn alike: leaps and trajectories in a fixed order would not be as likely backwards.
     for _ in 0..moves {
-        if let Some(memory) = memory.filter(|_| rng.random()) {
-            let s = memory.draw(rng);
-            let drawn_more = memory.log_density(&s) - memory.log_density(&surrogate.s(&here.x));
+        if let Some(density) = density.filter(|_| rng.random()) {
+            let s = density.draw(rng);
+            let drawn_more = density.log_density(&s) - density.log_density(&surrogate.s(&here.x));
             let there = SurrogatePoint::at(surrogate, power, surrogate.x(&s), None);
             if rng.random::<f64>().ln() < there.log_density - here.log_density - drawn_more {
                 here = there;
@@ -128,7 +128,7 @@ mod tests {
 
     use super::*;
     use crate::inference::optimise::ConditionalMaximum;
-    use crate::inference::sample::valley::position::log_sum;
+    use crate::inference::sample::normal::log_sum;
     use crate::inference::sample::valley::surrogate::KnownMaximum;
     use crate::numerics::random::{Stage, stream};
 
@@ -150,12 +150,12 @@ mod tests {
         Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), known.collect()).unwrap()
     }
 
-    fn drawn(surrogate: &Surrogate, memory: &KernelDensity, wanted: impl Fn(f64) -> f64) -> Vec<f64> {
+    fn drawn(surrogate: &Surrogate, density: &KernelDensity, wanted: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut rng = stream(1, 0, Stage::Sampling, 0);
         let mut here = DVector::from_vec(vec![0.5]);
         let step = |_| {
             let (there, surrogate_gain) =
-                transition(surrogate, Some(memory), Pace::Doubting, &here, &mut rng);
+                transition(surrogate, Some(density), Pace::Doubting, &here, &mut rng);
             if rng.random::<f64>().ln() < wanted(there[0]) - wanted(here[0]) - surrogate_gain {
                 here = there;
             }
@@ -169,19 +169,19 @@ mod tests {
         values.sum::<f64>() / count
     }
 
-    fn memory(draws: impl Iterator<Item = f64>) -> KernelDensity {
+    fn density(draws: impl Iterator<Item = f64>) -> KernelDensity {
         let draws: Vec<_> = draws.map(|x| DVector::from_vec(vec![x])).collect();
         let metric = DMatrix::identity(1, 1);
         KernelDensity::of(&draws.iter().map(|x| (x, &metric)).collect::<Vec<_>>()).unwrap()
     }
 
     #[test]
-    fn a_wrong_surrogate_and_memory_still_lead_to_the_right_distribution() {
+    fn a_wrong_surrogate_and_density_still_lead_to_the_right_distribution() {
         // What is known is ln p = −x²/3 with an edge; what is wanted is −x²/2 + x/2.
         let edge = |x: f64| if x > 1.0 { -1.0 } else { 0.0 };
         let surrogate = surrogate(|x| (-x * x / 3.0 + edge(x), -2.0 * x / 3.0), 2.0 / 3.0, 0.2);
-        let memory = memory((0..30).map(|i| f64::from(i) / 10.0 - 2.0));
-        let draws = drawn(&surrogate, &memory, |x| -0.5 * x * x + 0.5 * x);
+        let density = density((0..30).map(|i| f64::from(i) / 10.0 - 2.0));
+        let draws = drawn(&surrogate, &density, |x| -0.5 * x * x + 0.5 * x);
         let mean_draw = mean(draws.iter().copied());
         let variance = mean(draws.iter().map(|x| (x - mean_draw).powi(2)));
         assert!((mean_draw - 0.5).abs() < 0.03 && (variance - 1.0).abs() < 0.05, "{mean_draw} {variance}");
@@ -197,8 +197,8 @@ mod tests {
             -4.0 * (left * (x + 5.0) + right * (x - 5.0))
         };
         let surrogate = surrogate(|x| (wanted(x), slope(x)), 4.0, 0.4);
-        let memory = memory((0..60).map(|i| f64::from(i / 2 - 15) / 15.0 + f64::from(i % 2 * 10 - 5)));
-        let draws = drawn(&surrogate, &memory, wanted);
+        let density = density((0..60).map(|i| f64::from(i / 2 - 15) / 15.0 + f64::from(i % 2 * 10 - 5)));
+        let draws = drawn(&surrogate, &density, wanted);
         let right = mean(draws.iter().map(|x| f64::from(*x > 0.0)));
         assert!((right - 0.7).abs() < 0.02, "{right}");
     }

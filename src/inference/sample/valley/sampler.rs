@@ -1,0 +1,312 @@
+//! The valley sampler between two blocks: what its chains share, and what it learns from their draws.
+
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::chain_block::{ChainBlock, Proposals};
+use super::importance::ImportanceDraws;
+use super::kernel_density::KernelDensity;
+use super::position::Position;
+use super::settings::ValleySettings;
+use super::slow_directions::{slow_directions, widest};
+use super::surrogate::{KnownMaximum, Surrogate};
+use super::surrogate_moves::Pace;
+use crate::error::{Domain, Error, Result};
+use crate::inference::likelihood::{Curvature, LatentLikelihood, NoCurvature};
+use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES, to_the_top};
+use crate::inference::sample::chains::Chains;
+use crate::inference::sample::problem::Problem;
+use crate::inference::sample::sampler::Sampler;
+use crate::numerics::random::{Stage, stream};
+
+/// Rounds of warm-up; fewer are enough once the marginal accepts such a share of every chain's proposals. Where it accepts
+/// nearly all, the surrogate can be trusted.
+const ROUNDS: u64 = 8;
+const FEWER_ROUNDS: (u64, f64) = (5, 0.5);
+const TRUSTED_ROUNDS: (u64, f64) = (4, 0.9);
+
+/// Everything a block of draws starts from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Valley {
+    pub settings: ValleySettings,
+    proposals: Proposals,
+    /// Where every chain stands, and which known maximum that belongs to.
+    positions: Vec<Position>,
+    standing: Vec<usize>,
+    /// Which known maximum each draw belongs to.
+    visited: Vec<usize>,
+    /// Deviations of ln w.
+    spreads: Vec<f64>,
+    /// Block with which warm-up began.
+    began: u64,
+    /// ln p of the conditional maximum that it began at.
+    top: f64,
+}
+
+impl Valley {
+    pub fn start(settings: ValleySettings, seed: u64, problem: &Problem) -> Result<Self> {
+        settings.check()?;
+        let (likelihood, dimension) = (problem.likelihood, problem.likelihood.dimension());
+        let start = problem.starts.first().filter(|start| start.len() == dimension);
+        let start = start.ok_or_else(|| {
+            let allowed = format!("at least 1, of {dimension} coordinates");
+            Error::out_of_range("the number of start points of valley", problem.starts.len(), &allowed)
+        })?;
+        Domain::FINITE.check("the log-likelihood at a start point", likelihood.log_likelihood(start))?;
+        if likelihood.curvature(start).is_err_and(|none| none == NoCurvature::Unknown) {
+            let what = "the curvature of the likelihood";
+            return Err(Error::out_of_range(what, "unknown", "known for valley; other samplers need none"));
+        }
+        let nowhere = || {
+            let what = "the curvature of the posterior at the start of valley";
+            Error::out_of_range(what, "without a maximum nearby", "positive definite around a maximum")
+        };
+        let mut rng = stream(seed, settings.chains as u64, Stage::Sampling, 0);
+        Self::about(settings, likelihood, start, &mut rng).ok_or_else(nowhere)
+    }
+
+    /// Before warm-up, all chains at the conditional maximum nearest to `start`; `None` where the posterior has none nearby.
+    fn about(
+        settings: ValleySettings,
+        likelihood: &dyn LatentLikelihood,
+        start: &[f64],
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Self> {
+        let Curvature { metric, .. } = likelihood.curvature(start).ok()?;
+        let axes = Axes::split(start, &metric, widest(settings.slow_width, &metric));
+        let (axes, maximum) = slow_directions(likelihood, axes, rng)?;
+        let slow = axes.slow_dimension();
+        let known = first_maxima(likelihood, &axes, &maximum)?;
+        let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&maximum)?, known)?;
+        let importance = ImportanceDraws::normal(8);
+        let positions: Vec<Position> = (0..settings.chains)
+            .map(|_| Position::draw(likelihood, &axes, DVector::zeros(slow), &maximum, importance, rng).0)
+            .collect();
+        positions.iter().all(|position| position.log_weight().is_finite()).then(|| Self {
+            settings,
+            proposals: Proposals { axes, surrogate, density: None, importance, pace: Pace::Learning },
+            positions,
+            standing: vec![0; settings.chains],
+            visited: vec![],
+            spreads: vec![],
+            began: 0,
+            top: maximum.log_density,
+        })
+    }
+
+    /// Before warm-up at a higher maximum, if points far above that at the start have been found: chains would only climb.
+    fn begun_higher(
+        &mut self,
+        likelihood: &dyn LatentLikelihood,
+        done: &[ChainBlock],
+        seed: u64,
+        block: u64,
+    ) -> Option<Self> {
+        const FAR: f64 = 10.0;
+        let known = done.iter().flat_map(|chain| &chain.known);
+        let highest = known.max_by(|a, b| a.log_density().total_cmp(&b.log_density()))?;
+        if highest.log_density() < self.top + FAR {
+            return None;
+        }
+        self.top = highest.log_density();
+        let z = self.proposals.axes.at(&highest.s, &highest.stiff);
+        let top = to_the_top(likelihood, z.as_slice().to_vec())?;
+        let mut rng = stream(seed, self.positions.len() as u64, Stage::Sampling, block);
+        let begun = Self::about(self.settings, likelihood, &top.latent, &mut rng)?;
+        Some(Self { began: block, ..begun })
+    }
+
+    /// Makes surrogate and density again with the new maxima, and takes as many draws across the valley as half of the
+    /// positions need.
+    fn learn(&mut self, done: &[ChainBlock]) {
+        let proposals = &mut self.proposals;
+        let mut known = proposals.surrogate.known().to_vec();
+        let (mut standing, mut visited) = (vec![], self.visited.clone());
+        for (chain, began) in done.iter().zip(&self.standing) {
+            let maximum = |of: &Option<usize>| of.map_or(*began, |own| known.len() + own);
+            standing.push(maximum(&chain.standing));
+            visited.extend(chain.visited.iter().map(maximum));
+            known.extend_from_slice(&chain.known);
+            self.spreads.extend_from_slice(&chain.spreads);
+        }
+        let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
+        if let Some(spread) = median(recent) {
+            proposals.importance = proposals.importance.for_spread(spread);
+        }
+        // The later half of the draws tells the shape, once they are many.
+        let later: Vec<_> = visited[visited.len() / 2..].iter().map(|maximum| &known[*maximum]).collect();
+        let are_many = later.len() >= 10 * proposals.axes.slow_dimension();
+        let scale = are_many.then(|| shape(later.iter().map(|known| &known.s))).flatten();
+        let (centre, factor) = scale.unwrap_or_else(|| {
+            let (centre, factor) = proposals.surrogate.scale();
+            (centre.clone(), factor.clone())
+        });
+        let density =
+            KernelDensity::of(&later.iter().map(|known| (&known.s, &known.metric)).collect::<Vec<_>>());
+        if let Some(surrogate) = Surrogate::fit(centre, factor, known) {
+            (proposals.surrogate, proposals.density) = (surrogate, density);
+            (self.standing, self.visited) = (standing, visited);
+        }
+    }
+}
+
+impl Sampler for Valley {
+    fn empty_chains(&self, dimension: usize) -> Chains {
+        Chains::new(dimension, self.settings.chains, 1)
+    }
+
+    fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
+        let is_warm_up = self.proposals.pace == Pace::Learning;
+        let draws = if is_warm_up { self.settings.round_draws } else { self.settings.block_draws };
+        let done: Vec<ChainBlock> = (0..self.positions.len())
+            .into_par_iter()
+            .map(|chain| {
+                let rng = stream(seed, chain as u64, Stage::Sampling, block);
+                self.proposals.chain_block(likelihood, self.positions[chain].clone(), draws, rng)
+            })
+            .collect();
+        if likelihood.is_cancelled() {
+            return;
+        }
+        if let Some(again) = self.begun_higher(likelihood, &done, seed, block) {
+            *self = again;
+            chains.forget();
+            return;
+        }
+        self.positions = done.iter().map(|chain| chain.position.clone()).collect();
+        self.learn(&done);
+        if is_warm_up {
+            let rounds_done = block - self.began;
+            let are_enough = |(rounds, share): (u64, f64)| {
+                rounds_done >= rounds
+                    && done.iter().all(|chain| chain.spreads.len() as f64 > share * draws as f64)
+            };
+            if are_enough(TRUSTED_ROUNDS) {
+                self.proposals.pace = Pace::Trusting;
+            } else if rounds_done >= ROUNDS || are_enough(FEWER_ROUNDS) {
+                self.proposals.pace = Pace::Doubting;
+            }
+        } else {
+            chains.chains.iter_mut().zip(done).for_each(|(chain, done)| chain.append(done.chain));
+            self.proposals.importance = self.proposals.importance.or_with_tails();
+        }
+    }
+
+    fn max_draws(&self) -> Option<usize> {
+        Some(self.settings.max_draws)
+    }
+
+    fn learns(&self) -> bool {
+        true
+    }
+
+    fn fits(&self, dimension: usize) -> bool {
+        let (chains, known) = (self.settings.chains, self.proposals.surrogate.known().len());
+        let [slow, stiff] = [self.proposals.axes.slow_dimension(), self.proposals.axes.stiff_dimension()];
+        (self.positions.len(), self.standing.len()) == (chains, chains)
+            && self.proposals.fits(dimension)
+            && self.positions.iter().all(|position| position.fits(dimension, slow, stiff))
+            && self.standing.iter().chain(&self.visited).all(|maximum| *maximum < known)
+    }
+}
+
+/// F with F Fᵀ the covariance of s as the curvature along the conditional maxima has it.
+fn widths(maximum: &ConditionalMaximum) -> Option<DMatrix<f64>> {
+    Some(maximum.metric.clone().cholesky()?.inverse().cholesky()?.l())
+}
+
+/// The conditional maxima at the origin and a deviation away to both sides along each column of F.
+fn first_maxima(
+    likelihood: &dyn LatentLikelihood,
+    axes: &Axes,
+    origin: &ConditionalMaximum,
+) -> Option<Vec<KnownMaximum>> {
+    let factor = widths(origin)?;
+    let mut known = vec![KnownMaximum::new(DVector::zeros(factor.ncols()), origin)];
+    for column in factor.column_iter() {
+        for side in [-1.0, 1.0] {
+            let s = column * side;
+            let guess = &origin.stiff + &origin.bend * &s;
+            let maximum = axes.maximum(likelihood, &s, guess, MOST_CURVATURES);
+            known.extend(maximum.map(|maximum| KnownMaximum::new(s, &maximum)));
+        }
+    }
+    Some(known)
+}
+
+/// Mean, and lower factor of the covariance, of points.
+fn shape<'a>(points: impl Iterator<Item = &'a DVector<f64>>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let columns = DMatrix::from_columns(&points.cloned().collect::<Vec<_>>());
+    let mean = columns.column_mean();
+    let mut covariance = DMatrix::zeros(mean.len(), mean.len());
+    for column in columns.column_iter() {
+        let offset = column - &mean;
+        covariance.ger(1.0 / columns.ncols() as f64, &offset, &offset, 1.0);
+    }
+    Some((mean, covariance.cholesky()?.l()))
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both coordinates measured to 0.1, the first as 2.
+    struct Measured;
+
+    impl LatentLikelihood for Measured {
+        fn dimension(&self) -> usize {
+            2
+        }
+
+        fn log_likelihood(&self, z: &[f64]) -> f64 {
+            -50.0 * ((z[0] - 2.0).powi(2) + z[1] * z[1])
+        }
+
+        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+            unreachable!("only curvatures are asked for")
+        }
+
+        fn curvature(&self, z: &[f64]) -> std::result::Result<Curvature, NoCurvature> {
+            Ok(Curvature {
+                log_posterior: self.log_likelihood(z) - 0.5 * (z[0] * z[0] + z[1] * z[1]),
+                gradient: DVector::from_vec(vec![200.0 - 101.0 * z[0], -101.0 * z[1]]),
+                metric: DMatrix::identity(2, 2) * 101.0,
+            })
+        }
+    }
+
+    #[test]
+    fn a_start_far_below_the_maximum_is_left_for_it() {
+        let starts = [vec![0.0; 2]];
+        let problem = Problem { likelihood: &Measured, starts: &starts, metric: None };
+        let mut valley = Valley::start(ValleySettings::default(), 1, &problem).unwrap();
+        assert!(valley.top < -150.0, "{}", valley.top);
+        let mut chains = Chains::new(2, 4, 1);
+        (1..=3).for_each(|block| valley.advance(&Measured, 1, block, &mut chains));
+        assert!((valley.top + 2.0).abs() < 0.1 && valley.began > 0, "{} {}", valley.top, valley.began);
+        (4..=20).for_each(|block| valley.advance(&Measured, 1, block, &mut chains));
+        let draws = chains.coordinate(0).concat();
+        assert!(draws.len() > 400 && draws.iter().all(|z| (z - 1.98).abs() < 0.6));
+    }
+
+    #[test]
+    fn the_shape_of_points_is_their_covariance() {
+        let of = |points: &[[f64; 2]]| {
+            shape(points.iter().map(|point| DVector::from_column_slice(point)).collect::<Vec<_>>().iter())
+        };
+        let (mean, factor) = of(&[[1.0, 0.0], [-1.0, 0.0], [0.0, 2.0], [0.0, -2.0]]).unwrap();
+        assert!(mean.amax() < 1e-15);
+        assert!(
+            (factor[(0, 0)] - 0.5_f64.sqrt()).abs() < 1e-15
+                && (factor[(1, 1)] - 2.0_f64.sqrt()).abs() < 1e-15
+        );
+        assert!(of(&[[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]]).is_none());
+    }
+}

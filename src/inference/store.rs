@@ -1,0 +1,121 @@
+//! What is saved of an unfinished fit, and who keeps it.
+
+use serde::{Deserialize, Serialize};
+
+use super::fit_settings::FitSettings;
+use super::likelihood::{Counter, ImageLikelihood, LatentLikelihood};
+use super::optimise::{Maximum, StartSearch, no_model, to_the_top};
+use super::run::SamplerRun;
+use crate::error::Result;
+use crate::imaging::PixelSampling;
+use crate::monitor::Monitor;
+
+/// How far a fit has come: from this the same fit goes on, and ends with the same bytes as one never stopped.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct FitState {
+    search: StartSearch,
+    /// The maximum found with pixels sampled at their centres, then that on each finer mesh.
+    maxima: Vec<Maximum>,
+    evaluations: u64,
+    pub(super) run: Option<SamplerRun>,
+}
+
+/// Keeps the state of an unfinished fit.
+pub trait FitStore {
+    /// What was saved, if it can be read.
+    ///
+    /// # Errors
+    /// Where there is a state that cannot be read at all.
+    fn load(&mut self) -> Result<Option<FitState>>;
+
+    /// What was loaded is of another fit, which therefore begins anew.
+    fn refuse(&mut self) {}
+
+    /// Told after every step of the fit; may leave some out.
+    ///
+    /// # Errors
+    /// A failed write, which ends the fit.
+    fn save(&mut self, state: &FitState) -> Result<()>;
+}
+
+/// Keeps nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoStore;
+
+impl FitStore for NoStore {
+    fn load(&mut self) -> Result<Option<FitState>> {
+        Ok(None)
+    }
+
+    fn save(&mut self, _: &FitState) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// Finer meshes on which the start is climbed to again: the maximum moves when the mesh does; twice is enough for it to settle.
+const fn meshes(sampling: PixelSampling) -> usize {
+    match sampling {
+        PixelSampling::Point => 0,
+        PixelSampling::Adaptive => 2,
+    }
+}
+
+impl FitState {
+    /// The state that `store` has of this fit, or none yet.
+    pub(super) fn load(
+        store: &mut dyn FitStore,
+        likelihood: &ImageLikelihood,
+        settings: &FitSettings,
+    ) -> Result<Self> {
+        let Some(state) = store.load()? else { return Ok(Self::default()) };
+        if state.fits(likelihood.dimension(), settings) {
+            return Ok(state);
+        }
+        store.refuse();
+        Ok(Self::default())
+    }
+
+    /// Whether all shapes are those of this fit, and steps come in order.
+    fn fits(&self, dimension: usize, settings: &FitSettings) -> bool {
+        let most = 1 + meshes(settings.pixel_sampling);
+        let run_fits = |run: &SamplerRun| {
+            self.maxima.len() == most && run.fits(&settings.sampler, settings.seed, dimension)
+        };
+        self.search.fits(dimension)
+            && self.maxima.len() <= most
+            && self.maxima.iter().all(|maximum| maximum.fits(dimension))
+            && self.run.as_ref().is_none_or(run_fits)
+    }
+
+    /// The start of the sampler with the evaluations that it took; `likelihood` then has its final mesh. What has been done
+    /// before is not done again, but for the meshes, which follow from the maxima.
+    pub(super) fn start(
+        &mut self,
+        likelihood: &mut ImageLikelihood,
+        settings: &FitSettings,
+        store: &mut dyn FitStore,
+        monitor: &dyn Monitor,
+    ) -> Result<(Maximum, u64)> {
+        if self.maxima.is_empty() {
+            while !self.search.is_done(likelihood) {
+                self.search.advance(likelihood, settings.seed, monitor)?;
+                store.save(self)?;
+            }
+            self.maxima.extend(self.search.best().cloned());
+        }
+        let Some(mut start) = self.maxima.first().cloned() else { return Err(no_model(likelihood)) };
+        for mesh in 1..=meshes(settings.pixel_sampling) {
+            monitor.check()?;
+            likelihood.refine_mesh(&start.latent, &start.metric, settings.seed)?;
+            if self.maxima.len() <= mesh {
+                let counter = Counter::new(monitor);
+                let top = to_the_top(&counter.watch(likelihood), start.latent);
+                self.evaluations += counter.evaluations()?;
+                self.maxima.push(top.ok_or_else(|| no_model(likelihood))?);
+                store.save(self)?;
+            }
+            start = self.maxima[mesh].clone();
+        }
+        Ok((start, self.search.evaluations() + self.evaluations))
+    }
+}
