@@ -227,7 +227,7 @@ impl SavedFit {
     }
 
     fn begin_anew(&self, why: &str) {
-        eprintln!("warning: {}: the saved state is {why}; the fit begins anew", self.path.display());
+        crate::warn(format_args!("{}: the saved state is {why}; the fit begins anew", self.path.display()));
     }
 }
 
