@@ -4,7 +4,10 @@
 
 mod centre;
 pub mod multiplane;
+mod rays;
 pub mod tidal;
+
+pub(crate) use rays::{HaloBlock, Rays};
 
 use rayon::prelude::*;
 

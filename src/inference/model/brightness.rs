@@ -3,7 +3,8 @@
 use super::compiled::CompiledModel;
 use super::mesh::Mesh;
 use crate::error::Result;
-use crate::mapping::tidal::{MANY_LENSES, MOST_NUMBERS, TidalFamily};
+use crate::mapping::Rays;
+use crate::mapping::tidal::{LensResponse, MANY_LENSES, MOST_NUMBERS};
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{LANES, Lanes};
 use crate::profile::light::Sersic;
@@ -30,35 +31,33 @@ impl CompiledModel {
 }
 
 impl Evaluation<'_> {
-    fn family(&self) -> TidalFamily<'_> {
+    fn lens(&self) -> LensResponse<'_> {
         let numbers = self.model.line_of_sight.parameters().len();
-        TidalFamily::new(self.model.line_of_sight, &self.slots[..numbers], &self.lenses)
+        LensResponse::new(self.model.line_of_sight, &self.slots[..numbers], &self.lenses)
     }
 
     /// Surface brightness of every light (sources first) at every sample, per arcsec².
     pub fn brightness(&self, mesh: &Mesh) -> Vec<Vec<f64>> {
-        let mut out = vec![vec![0.0; mesh.x_arcsec.len()]; self.lights.len()];
-        fill(&self.family(), self.parts(), (&mesh.x_arcsec, &mesh.y_arcsec), &mut out);
+        let mut out = vec![vec![0.0; mesh.rays.padded()]; self.lights.len()];
+        fill(&self.lens(), self.parts(), &mesh.rays, &mut out);
         out
     }
 
     /// Derivatives, by the free parameters, of Σ adjoint·brightness over lights and samples.
     pub fn pull_back(&self, mesh: &Mesh, adjoint: &[Vec<f64>]) -> Vec<f64> {
         let mut by_slot = vec![Lanes::ZERO; self.slots.len()];
-        let at = (mesh.x_arcsec.as_slice(), mesh.y_arcsec.as_slice());
-        accumulate(&self.family(), self.parts(), at, adjoint, self.model.mapping_slots(), &mut by_slot);
+        accumulate(&self.lens(), self.parts(), &mesh.rays, adjoint, self.model.mapping_slots(), &mut by_slot);
         self.model.gather(&by_slot.into_iter().map(Lanes::sum).collect::<Vec<_>>())
     }
 
     /// Derivatives of Σ amplitude·brightness by every free parameter at every sample.
     pub fn columns(&self, mesh: &Mesh, amplitudes: &[f64]) -> Vec<Vec<f64>> {
-        let mut out = vec![vec![0.0; mesh.x_arcsec.len()]; self.model.free.len()];
-        let at = (mesh.x_arcsec.as_slice(), mesh.y_arcsec.as_slice());
+        let mut out = vec![vec![0.0; mesh.rays.padded()]; self.model.free.len()];
         let free: Vec<Option<usize>> = self.model.free_of_slots().collect();
         differentiate(
-            &self.family(),
+            &self.lens(),
             self.parts(),
-            at,
+            &mesh.rays,
             amplitudes,
             (self.model.mapping_slots(), &free),
             &mut out,
@@ -68,13 +67,12 @@ impl Evaluation<'_> {
 
     /// β of every sample.
     pub fn source_positions(&self, mesh: &Mesh) -> Vec<[f64; 2]> {
-        let family = self.family();
-        let (x, y) = (&mesh.x_arcsec, &mesh.y_arcsec);
-        let lanes = (0..x.len()).step_by(LANES).flat_map(|start| {
-            let beta = family.beta(Cx::new(Lanes::load(x, start), Lanes::load(y, start)));
+        let (lens, rays) = (self.lens(), &mesh.rays);
+        let blocks = rays.blocks().flat_map(|start| {
+            let beta = lens.beta(rays, start);
             (0..LANES).map(move |i| [beta.re.0[i], beta.im.0[i]])
         });
-        lanes.take(mesh.samples()).collect()
+        blocks.take(rays.count()).collect()
     }
 
     fn parts(&self) -> (&[Sersic], &[Sersic]) {
@@ -82,13 +80,12 @@ impl Evaluation<'_> {
     }
 }
 
-type Points<'a> = (&'a [f64], &'a [f64]);
 type Lights<'a> = (&'a [Sersic], &'a [Sersic]);
 
-fn fill(family: &TidalFamily, (sources, lens_lights): Lights, (x, y): Points, out: &mut [Vec<f64>]) {
-    for start in (0..x.len()).step_by(LANES) {
-        let theta = Cx::new(Lanes::load(x, start), Lanes::load(y, start));
-        let beta = family.beta(theta);
+fn fill(lens: &LensResponse, (sources, lens_lights): Lights, rays: &Rays, out: &mut [Vec<f64>]) {
+    for start in rays.blocks() {
+        let theta = rays.block(start);
+        let beta = lens.beta(rays, start);
         let (of_source, of_lens) = out.split_at_mut(sources.len());
         for (light, out) in sources.iter().zip(of_source) {
             light.brightness_lanes(beta).store(out, start);
@@ -102,9 +99,9 @@ fn fill(family: &TidalFamily, (sources, lens_lights): Lights, (x, y): Points, ou
 const LIGHT_SLOTS: usize = Sersic::PARAMETERS.len();
 
 fn accumulate(
-    family: &TidalFamily,
+    lens: &LensResponse,
     (sources, lens_lights): Lights,
-    (x, y): Points,
+    rays: &Rays,
     adjoint: &[Vec<f64>],
     mapping_slots: usize,
     by_slot: &mut [Lanes],
@@ -112,9 +109,9 @@ fn accumulate(
     let mut responses = [Cx::<Lanes>::zero(); MOST_NUMBERS + MANY_LENSES];
     let responses = &mut responses[..mapping_slots];
     let (of_mapping, of_lights) = by_slot.split_at_mut(mapping_slots);
-    for start in (0..x.len()).step_by(LANES) {
-        let theta = Cx::new(Lanes::load(x, start), Lanes::load(y, start));
-        let beta = family.respond(theta, responses);
+    for start in rays.blocks() {
+        let theta = rays.block(start);
+        let beta = lens.respond(rays, start, responses);
         let mut pull = Cx::zero();
         for (j, light) in sources.iter().chain(lens_lights).enumerate() {
             let weight = Lanes::load(&adjoint[j], start);
@@ -135,18 +132,18 @@ fn accumulate(
 }
 
 fn differentiate(
-    family: &TidalFamily,
+    lens: &LensResponse,
     (sources, lens_lights): Lights,
-    (x, y): Points,
+    rays: &Rays,
     amplitudes: &[f64],
     (mapping_slots, free): (usize, &[Option<usize>]),
     out: &mut [Vec<f64>],
 ) {
     let mut responses = [Cx::<Lanes>::zero(); MOST_NUMBERS + MANY_LENSES];
     let responses = &mut responses[..mapping_slots];
-    for start in (0..x.len()).step_by(LANES) {
-        let theta = Cx::new(Lanes::load(x, start), Lanes::load(y, start));
-        let beta = family.respond(theta, responses);
+    for start in rays.blocks() {
+        let theta = rays.block(start);
+        let beta = lens.respond(rays, start, responses);
         let mut gradient = Cx::zero();
         for (j, (light, amplitude)) in sources.iter().chain(lens_lights).zip(amplitudes).enumerate() {
             let mut own = [Lanes::ZERO; LIGHT_SLOTS];

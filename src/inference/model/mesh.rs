@@ -1,7 +1,7 @@
 //! Where the surface brightness is sampled to integrate it over pixels: fixed while a fit samples.
 
 use crate::imaging::SkyGrid;
-use crate::numerics::real::LANES;
+use crate::mapping::Rays;
 
 /// Samples of every pixel and their weights; the flux of a pixel is Σ weight·brightness.
 ///
@@ -9,9 +9,8 @@ use crate::numerics::real::LANES;
 /// enough for every parameter set it was built with.
 #[derive(Debug, Clone)]
 pub struct Mesh {
-    /// Samples, pixel by pixel, filled up to whole lanes with repetitions of weight 0.
-    pub(crate) x_arcsec: Vec<f64>,
-    pub(crate) y_arcsec: Vec<f64>,
+    /// Samples, pixel by pixel; what fills up the last lanes has weight 0.
+    pub(crate) rays: Rays,
     /// arcsec² per sample.
     weight: Vec<f64>,
     /// Index of the first sample of each pixel, and the number of samples.
@@ -27,21 +26,15 @@ impl Mesh {
     /// Samples (θ, fraction of the pixel) of every pixel in turn.
     pub(super) fn new(grid: &SkyGrid, pixels: impl Iterator<Item = Vec<([f64; 2], f64)>>) -> Self {
         let area = grid.pixel_scale_arcsec().powi(2);
-        let mut mesh = Self { x_arcsec: vec![], y_arcsec: vec![], weight: vec![], first: vec![0] };
+        let (mut theta, mut weight, mut first) = (vec![], vec![], vec![0]);
         for samples in pixels {
-            for ([x, y], fraction) in samples {
-                mesh.x_arcsec.push(x);
-                mesh.y_arcsec.push(y);
-                mesh.weight.push(fraction * area);
+            for (sample, fraction) in samples {
+                theta.push(sample);
+                weight.push(fraction * area);
             }
-            mesh.first.push(mesh.weight.len());
+            first.push(weight.len());
         }
-        let padded = mesh.weight.len().next_multiple_of(LANES);
-        for column in [&mut mesh.x_arcsec, &mut mesh.y_arcsec] {
-            let last = column.last().copied().unwrap_or(0.0);
-            column.resize(padded, last);
-        }
-        mesh
+        Self { rays: Rays::new(&theta), weight, first }
     }
 
     /// A mesh on which each of several models is integrated to `tolerance` (flux units, for each pixel).
@@ -100,9 +93,7 @@ impl Mesh {
 
     /// Samples at any points, for evaluation alone.
     pub(crate) fn at_points(points: &[[f64; 2]]) -> Self {
-        let padded = points.len().next_multiple_of(LANES);
-        let column = |c: usize| (0..padded).map(|i| points[i.min(points.len() - 1)][c]).collect();
-        Self { x_arcsec: column(0), y_arcsec: column(1), weight: vec![1.0; points.len()], first: vec![0] }
+        Self { rays: Rays::new(points), weight: vec![1.0; points.len()], first: vec![0] }
     }
 
     /// Number of samples.
@@ -124,11 +115,11 @@ impl Mesh {
 
     /// The transpose of [`Self::integrate`], filled up to whole lanes.
     pub(crate) fn distribute(&self, by_pixel: &[f64]) -> Vec<f64> {
-        let mut out = Vec::with_capacity(self.x_arcsec.len());
+        let mut out = Vec::with_capacity(self.rays.padded());
         for (ends, value) in self.first.windows(2).zip(by_pixel) {
             out.extend(self.weight[ends[0]..ends[1]].iter().map(|w| w * value));
         }
-        out.resize(self.x_arcsec.len(), 0.0);
+        out.resize(self.rays.padded(), 0.0);
         out
     }
 }

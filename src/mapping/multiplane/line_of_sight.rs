@@ -198,7 +198,8 @@ impl LineOfSight {
         Ok(RayBundle::concatenate(blocks?))
     }
 
-    fn distance(&self, z: f64) -> Result<f64> {
+    /// Comoving distance of a redshift on the line of sight, Mpc.
+    pub(in crate::mapping) fn distance(&self, z: f64) -> Result<f64> {
         Domain::above_to(0.0, self.z_source).check("redshift on the line of sight", z)?;
         if z == self.z_source {
             return Ok(self.chi_source_cmpc);

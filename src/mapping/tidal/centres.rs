@@ -12,10 +12,7 @@ impl TidalLens {
     /// centres are among their directions.
     pub fn lens_centres_arcsec(&self) -> Vec<[f64; 2]> {
         let centres: Vec<[f64; 2]> = self.lenses.iter().filter_map(MassModel::centre_arcsec).collect();
-        let position = |[x, y]: [f64; 2]| {
-            let at = self.model.lens_position(x, y);
-            [at.re, at.im]
-        };
+        let position = |theta| self.at_lens(theta);
         let mut seen: Vec<[f64; 2]> = centres.iter().filter_map(|&c| direction_of(c, position)).collect();
         if matches!(self.model, LineOfSightModel::Flexion(_)) {
             seen.extend(centres);
@@ -49,11 +46,11 @@ mod tests {
             let lens = TidalLens { model, lenses: lenses.clone(), time_delay_distance_mpc: f64::NAN };
             let seen = lens.lens_centres_arcsec();
             assert_eq!(seen.len(), number);
-            let nearest = |[x, y]: &[f64; 2]| {
-                let at = lens.model.lens_position(*x, *y);
-                (at.re - centre[0]).hypot(at.im - centre[1])
+            let miss = |theta: &[f64; 2]| {
+                let at = lens.at_lens(*theta);
+                (at[0] - centre[0]).hypot(at[1] - centre[1])
             };
-            assert!(seen.iter().map(nearest).fold(f64::INFINITY, f64::min) < 1e-11);
+            assert!(seen.iter().map(miss).fold(f64::INFINITY, f64::min) < 1e-11);
         }
     }
 }

@@ -35,8 +35,8 @@ impl TidalLens {
         };
         let unlensed: Matrix2<f64> = a_os.try_inverse()?;
         let difference = Vector2::new(theta[0], theta[1]) - unlensed * Vector2::new(beta[0], beta[1]);
-        let at_lens = self.model.lens_position(theta[0], theta[1]);
-        let potential: f64 = self.lenses.iter().map(|lens| lens.potential(at_lens.re, at_lens.im)).sum();
+        let [x, y] = self.at_lens(theta);
+        let potential: f64 = self.lenses.iter().map(|lens| lens.potential(x, y)).sum();
         Some(0.5 * difference.dot(&(a_los * difference)) - potential)
     }
 }

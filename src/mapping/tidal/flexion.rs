@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::jet::Jet;
+use super::algebra::Algebra;
 use super::tensor::Tidal;
 use crate::profile::mass::{MassModel, MassProfile};
 
@@ -28,9 +28,18 @@ impl Flexion {
     }
 
     /// q(z; F, G) = ½(F̄z² + 2F|z|² + Gz̄²).
-    pub(super) fn bend(&self, z: Jet) -> Jet {
+    #[inline(always)]
+    pub(super) fn bend<C: Algebra>(&self, z: C) -> C {
         let bar = z.conj();
-        (z * z * self.f.conj() + z * bar * (self.f * 2.0) + bar * bar * self.g) * 0.5
+        (z.times(self.f.conj()) * z + z.times(self.f) * bar * 2.0 + bar.times(self.g) * bar) * 0.5
+    }
+
+    /// Change of q(z; F, G) when z moves by `dz`.
+    #[inline(always)]
+    pub(super) fn bend_along<C: Algebra>(&self, z: C, dz: C) -> C {
+        z.times(self.f.conj()) * dz
+            + (z.conj() * dz + z * dz.conj()).times(self.f)
+            + z.conj().times(self.g) * dz.conj()
     }
 }
 
@@ -92,21 +101,28 @@ impl FlexionModel {
     }
 
     /// Where the ray meets the lens, θ_d.
-    pub(super) fn lens_position(&self, theta: Jet) -> Jet {
-        theta * (1.0 - self.od.kappa) - theta.conj() * self.od.gamma - self.flexion_od.bend(theta)
+    #[inline(always)]
+    pub(super) fn at_lens<C: Algebra>(&self, theta: C) -> C {
+        theta * (1.0 - self.od.kappa) - theta.conj().times(self.od.gamma) - self.flexion_od.bend(theta)
     }
 
-    pub(super) fn beta(&self, theta: Jet, lenses: &[MassModel]) -> Jet {
-        let alpha_d = self.lens_position(theta).deflected_by(lenses);
-        let alpha = theta.deflected_by(lenses);
-        let bar = theta.conj();
-        let two = &self.flexion_2ds;
-        let own = theta * Complex::new(self.os.kappa, self.os.omega)
-            + bar * self.os.gamma
+    /// What becomes of the deflection behind the lens: the factors κ_ds + F̄θ + Fθ̄ of α(θ) and γ_ds + Fθ + Gθ̄ of ᾱ(θ),
+    /// F and G the 2ds flexion.
+    #[inline(always)]
+    pub(super) fn behind_lens<C: Algebra>(&self, theta: C) -> (C, C) {
+        let (two, bar) = (&self.flexion_2ds, theta.conj());
+        let direct = theta.times(two.f.conj()).plus(self.ds.kappa.into()) + bar.times(two.f);
+        (direct, theta.times(two.f).plus(self.ds.gamma) + bar.times(two.g))
+    }
+
+    /// θ − β from α(θ) and α(θ_d).
+    #[inline(always)]
+    pub(super) fn displacement<C: Algebra>(&self, theta: C, alpha: C, alpha_d: C) -> C {
+        let own = theta.times(Complex::new(self.os.kappa, self.os.omega))
+            + theta.conj().times(self.os.gamma)
             + self.flexion_os.bend(theta);
-        let converged = (theta * two.f.conj() + bar * two.f) * alpha + alpha * self.ds.kappa;
-        let sheared = (theta * two.f + bar * two.g) * alpha.conj() + alpha.conj() * self.ds.gamma;
-        theta - (alpha_d + own - converged - sheared + self.flexion_1ds.bend(alpha))
+        let (direct, crossed) = self.behind_lens(theta);
+        alpha_d + own - direct * alpha - crossed * alpha.conj() + self.flexion_1ds.bend(alpha)
     }
 
     /// Fermat potential in arcsec² of a ray at its own β (Duboscq et al. 2024), to first order in the perturbations.
@@ -120,7 +136,7 @@ impl FlexionModel {
         let minimal = self.to_minimal();
         let theta = Complex::new(x, y);
         let bar = theta.conj();
-        let at_lens = self.lens_position(Jet::theta(x, y)).value;
+        let at_lens = self.at_lens(theta);
         let e = minimal.effective_deflection(x, y, lenses);
         let (cubic, one) = (e.conj() * e.conj() * e, &minimal.flexion_1ds);
         let geometry = 0.5 * (e.conj() * minimal.pull(e)).re
@@ -133,15 +149,10 @@ impl FlexionModel {
 
     /// α_e of [`Self::fermat_arcsec2`], for a flexion-minimal model.
     fn effective_deflection(&self, x: f64, y: f64, lenses: &[MassModel]) -> Complex<f64> {
-        let theta = Jet::theta(x, y);
-        let alpha_d = self.lens_position(theta).deflected_by(lenses).value;
-        let alpha = theta.deflected_by(lenses).value;
-        let od = &self.flexion_od;
-        let (z, bar) = (theta.value, theta.value.conj());
-        alpha_d
-            - (od.f.conj() * z + od.f * bar + self.od.kappa) * alpha
-            - (od.f * z + od.g * bar + self.od.gamma) * alpha.conj()
-            + self.flexion_os.bend(theta).value
+        let theta = Complex::new(x, y);
+        let (alpha_d, alpha) = (deflection(self.at_lens(theta), lenses), deflection(theta, lenses));
+        let (direct, crossed) = self.behind_lens(theta);
+        alpha_d - direct * alpha - crossed * alpha.conj() + self.flexion_os.bend(theta)
     }
 
     /// (1 + κ_los)e + γ_los ē for a flexion-minimal model, −∂φ/∂β̃ at e = α_e.
@@ -150,10 +161,17 @@ impl FlexionModel {
     }
 }
 
+/// α_x + iα_y of all lenses.
+fn deflection(at: Complex<f64>, lenses: &[MassModel]) -> Complex<f64> {
+    lenses.iter().map(|lens| lens.deflection(at.re, at.im)).map(|[x, y]| Complex::new(x, y)).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
+    use super::super::jet::Jet;
+    use super::super::{LineOfSightModel, TidalLens};
     use super::*;
     use crate::profile::mass::Epl;
     use crate::profile::mass::derivative_checks::derivative;
@@ -178,25 +196,29 @@ mod tests {
         [MassModel::Epl(Epl::new(1.4, 2.2, [0.1, -0.05], [0.02, 0.03]).unwrap())]
     }
 
+    fn ray(model: &FlexionModel, theta: [f64; 2]) -> Jet {
+        let model = LineOfSightModel::Flexion(*model);
+        TidalLens { model, lenses: lens().to_vec(), time_delay_distance_mpc: f64::NAN }.ray(theta)
+    }
+
     /// |∇φ − Ãᵀ∂φ/∂β̃| in arcsec, ∇φ by differences.
     fn fermat_gap(model: &FlexionModel, [x, y]: [f64; 2]) -> f64 {
         let (minimal, lenses) = (model.to_minimal(), lens());
         let phi = |x, y| model.fermat_arcsec2(x, y, &lenses);
         let gradient = Complex::new(derivative(|x| phi(x, y), x, 4e-3), derivative(|y| phi(x, y), y, 4e-3));
         let pull = -minimal.pull(minimal.effective_deflection(x, y, &lenses));
-        let [d_x, d_y] = minimal.beta(Jet::theta(x, y), &lenses).first;
+        let [d_x, d_y] = ray(&minimal, [x, y]).first;
         (gradient - Complex::new((d_x.conj() * pull).re, (d_y.conj() * pull).re)).norm()
     }
 
     /// |β̃ − (β − (κ_od−κ_ds)β − (γ_od−γ_ds)β̄ − q(β; od − 2ds))| in arcsec.
-    fn source_gap(model: &FlexionModel, [x, y]: [f64; 2]) -> f64 {
-        let theta = Jet::theta(x, y);
-        let beta = model.beta(theta, &lens());
+    fn source_gap(model: &FlexionModel, theta: [f64; 2]) -> f64 {
+        let beta = ray(model, theta).value;
         let convergence = model.od.kappa - model.ds.kappa;
         let shear = model.od.gamma - model.ds.gamma;
         let flexion = model.flexion_od.minus(&model.flexion_2ds);
         let seen = beta - beta * convergence - beta.conj() * shear - flexion.bend(beta);
-        (model.to_minimal().beta(theta, &lens()) - seen).value.norm()
+        (ray(&model.to_minimal(), theta).value - seen).norm()
     }
 
     proptest! {

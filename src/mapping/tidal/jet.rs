@@ -27,15 +27,6 @@ impl Jet {
         Self { value: Complex::new(x, y), first: [one, i], second: [ZERO; 3] }
     }
 
-    /// Complex conjugate.
-    pub fn conj(self) -> Self {
-        Self {
-            value: self.value.conj(),
-            first: self.first.map(|v| v.conj()),
-            second: self.second.map(|v| v.conj()),
-        }
-    }
-
     /// Deflection α_x + iα_y of the lenses at this position, by the chain rule.
     pub fn deflected_by(self, lenses: &[MassModel]) -> Self {
         let (x, y) = (self.value.re, self.value.im);
@@ -82,19 +73,7 @@ impl Sub for Jet {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
-        self + other * Complex::new(-1.0, 0.0)
-    }
-}
-
-impl Mul<C> for Jet {
-    type Output = Self;
-
-    fn mul(self, factor: C) -> Self {
-        Self {
-            value: self.value * factor,
-            first: self.first.map(|v| v * factor),
-            second: self.second.map(|v| v * factor),
-        }
+        self + other * -1.0
     }
 }
 

@@ -22,6 +22,8 @@ pub enum LineOfSightKind {
     Flexion,
     /// Flexion-minimal model.
     FlexionMinimal,
+    /// The haloes of a table, and the minimal model's tidal field beside them.
+    Haloes,
 }
 
 /// The numbers of tensors and flexions one after the other, each of a place and of how that is raised in a label.
@@ -73,7 +75,7 @@ impl LineOfSightKind {
         match self {
             Self::None => &[],
             Self::Full => FULL,
-            Self::Minimal => MINIMAL,
+            Self::Minimal | Self::Haloes => MINIMAL,
             Self::Flexion => FLEXION,
             Self::FlexionMinimal => FLEXION_MINIMAL,
         }
@@ -88,7 +90,7 @@ impl LineOfSightKind {
         match self {
             Self::None => LineOfSightModel::EMPTY,
             Self::Full => LineOfSightModel::Full { od: rotating(0), os: rotating(4), ds: rotating(8) },
-            Self::Minimal => LineOfSightModel::Minimal { od: rotating(0), los: rotating(4) },
+            Self::Minimal | Self::Haloes => LineOfSightModel::Minimal { od: rotating(0), los: rotating(4) },
             Self::Flexion => LineOfSightModel::Flexion(FlexionModel {
                 od: still(0),
                 os: rotating(3),
@@ -158,7 +160,7 @@ impl LineOfSightKind {
         match self {
             Self::None => &[],
             Self::Full => OWN.split_at(12).0,
-            Self::Minimal => &MINIMAL_ROLES,
+            Self::Minimal | Self::Haloes => &MINIMAL_ROLES,
             Self::Flexion => &OWN,
             Self::FlexionMinimal => &FLEXION_MINIMAL_ROLES,
         }

@@ -1,7 +1,9 @@
 //! A main lens in a tidal line of sight, as a [`Mapping`].
 
+use nalgebra::Complex;
 use rayon::prelude::*;
 
+use super::equation::Equation;
 use super::jet::Jet;
 use super::model::LineOfSightModel;
 use crate::constants::{ARCSEC_RAD, MPC_OVER_C_DAYS};
@@ -22,8 +24,21 @@ pub struct TidalLens {
 }
 
 impl TidalLens {
+    /// β of a ray as a function of its direction.
     pub(super) fn ray(&self, [x, y]: [f64; 2]) -> Jet {
-        self.model.beta(Jet::theta(x, y), &self.lenses)
+        let (equation, theta) = (Equation::of(&self.model), Jet::theta(x, y));
+        let alpha_d = equation.at_lens(theta).deflected_by(&self.lenses);
+        let alpha = match equation {
+            Equation::Full { .. } => alpha_d,
+            Equation::Flexion(_) => theta.deflected_by(&self.lenses),
+        };
+        equation.beta(theta, alpha_d, alpha)
+    }
+
+    /// θ_d: where a ray seen at θ meets the lens.
+    pub(super) fn at_lens(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let at = Equation::of(&self.model).at_lens(Complex::new(x, y));
+        [at.re, at.im]
     }
 }
 
@@ -53,13 +68,12 @@ impl Mapping for TidalLens {
 }
 
 /// Derivatives of β_x, then those of β_y.
-fn components<const N: usize, const M: usize>(derivatives: &[nalgebra::Complex<f64>; N]) -> [f64; M] {
+fn components<const N: usize, const M: usize>(derivatives: &[Complex<f64>; N]) -> [f64; M] {
     std::array::from_fn(|i| if i < N { derivatives[i].re } else { derivatives[i - N].im })
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Complex;
     use proptest::prelude::*;
 
     use super::super::{Flexion, FlexionModel, Tidal};

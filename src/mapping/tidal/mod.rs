@@ -4,7 +4,9 @@
 //! transpose matters when ω_od ≠ 0, and lenstronomy leaves it out). Flexion: Duboscq et al. 2024.
 //! First and second derivatives come from second-order jets, so that the Jacobian *is* the derivative of β.
 
+mod algebra;
 mod centres;
+mod equation;
 mod fermat;
 mod flexion;
 mod jet;
@@ -19,5 +21,5 @@ pub use kind::LineOfSightKind;
 pub use lens::TidalLens;
 pub use model::LineOfSightModel;
 pub(crate) use model::los_jacobian;
-pub(crate) use response::{MANY_LENSES, MOST_NUMBERS, TidalFamily};
+pub(crate) use response::{LensResponse, MANY_LENSES, MOST_NUMBERS};
 pub use tensor::Tidal;

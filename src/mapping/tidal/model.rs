@@ -1,11 +1,9 @@
 //! Which tidal model stands for the line of sight.
 
-use nalgebra::{Complex, Matrix2};
+use nalgebra::Matrix2;
 
 use super::flexion::FlexionModel;
-use super::jet::Jet;
 use super::tensor::Tidal;
-use crate::profile::mass::MassModel;
 
 /// The models of the line of sight around a main lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,33 +46,9 @@ impl LineOfSightModel {
             Self::Flexion(model) => Some(Self::Flexion(model.to_minimal())),
         }
     }
-
-    pub(super) fn beta(&self, theta: Jet, lenses: &[MassModel]) -> Jet {
-        match self {
-            Self::Full { od, os, ds } => act(os, theta) - act(ds, act(od, theta).deflected_by(lenses)),
-            Self::Minimal { od, los } => {
-                act(los, theta) - act(&od.transposed(), act(od, theta).deflected_by(lenses))
-            }
-            Self::Flexion(model) => model.beta(theta, lenses),
-        }
-    }
-
-    /// Where a ray seen at θ meets the lens.
-    pub(super) fn lens_position(&self, x: f64, y: f64) -> Complex<f64> {
-        let theta = Jet::theta(x, y);
-        match self {
-            Self::Full { od, .. } | Self::Minimal { od, .. } => act(od, theta).value,
-            Self::Flexion(model) => model.lens_position(theta).value,
-        }
-    }
 }
 
 /// A_odᵀ A_ds⁻¹ A_os, symmetric for the tensors of any real line of sight; `None` when A_ds is singular.
 pub(crate) fn los_jacobian(od: &Tidal, os: &Tidal, ds: &Tidal) -> Option<Matrix2<f64>> {
     Some(od.jacobian().transpose() * ds.jacobian().try_inverse()? * os.jacobian())
-}
-
-/// A·z = (1 − κ − iω)z − γz̄.
-fn act(tidal: &Tidal, z: Jet) -> Jet {
-    z * Complex::new(1.0 - tidal.kappa, -tidal.omega) - z.conj() * tidal.gamma
 }

@@ -1,43 +1,37 @@
 //! What every number of the line of sight and every parameter of the lenses does to β, in SIMD lanes.
 //!
 //! The minimal models are the full ones with numbers that stand for several (os := los, ds := odᵀ; flexion: see
-//! [`LineOfSightKind`]), so there are two equations to differentiate: full and flexion.
+//! [`LineOfSightKind`]), so there are two equations to differentiate: full and flexion. Rays that haloes carry bring
+//! their own way to the lens and on to the source; the full equation then adds a tidal field to that of the haloes:
+//! t + (A_od − 1)θ is where a ray meets the lens, and β = B(α) + (A_os − 1)θ − (A_ds − 1)α.
 
 use multiversion::multiversion;
 
-use super::flexion::{Flexion, FlexionModel};
+use super::equation::{Equation, act};
+use super::flexion::FlexionModel;
 use super::kind::LineOfSightKind;
-use super::model::LineOfSightModel;
 use super::tensor::Tidal;
+use crate::mapping::{HaloBlock, Rays};
 use crate::numerics::complex::Cx;
-use crate::numerics::real::Lanes;
+use crate::numerics::real::{LANES, Lanes};
 use crate::profile::mass::{MOST_PARAMETERS, MassModel, MassProfile, Response};
 
 type C = Cx<Lanes>;
 
 /// Lenses behind a model of the line of sight, ready to be differentiated by all parameters.
-pub(crate) struct TidalFamily<'a> {
+pub(crate) struct LensResponse<'a> {
     kind: LineOfSightKind,
     equation: Equation,
     lenses: &'a [MassModel],
 }
 
-enum Equation {
-    Full { od: Tidal, os: Tidal, ds: Tidal },
-    Flexion(FlexionModel),
-}
-
 /// Numbers of the flexion model, the most of all.
 pub(crate) const MOST_NUMBERS: usize = 26;
 
-impl<'a> TidalFamily<'a> {
+impl<'a> LensResponse<'a> {
     /// The model `kind` with its `numbers`, and the lenses.
     pub fn new(kind: LineOfSightKind, numbers: &[f64], lenses: &'a [MassModel]) -> Self {
-        let equation = match kind.build(numbers) {
-            LineOfSightModel::Full { od, os, ds } => Equation::Full { od, os, ds },
-            LineOfSightModel::Minimal { od, los } => Equation::Full { od, os: los, ds: od.transposed() },
-            LineOfSightModel::Flexion(model) => Equation::Flexion(model),
-        };
+        let equation = Equation::of(&kind.build(numbers));
         Self { kind, equation, lenses }
     }
 
@@ -50,47 +44,77 @@ impl<'a> TidalFamily<'a> {
         alpha
     }
 
-    /// β of the rays θ.
-    pub fn beta(&self, theta: C) -> C {
-        beta(self, &theta)
+    /// β of the block of rays that starts there.
+    pub fn beta(&self, rays: &Rays, start: usize) -> C {
+        beta(self, rays, start)
     }
 
     #[inline(always)]
-    fn beta_here(&self, theta: C) -> C {
-        match &self.equation {
-            Equation::Full { od, os, ds } => act(os, theta) - act(ds, self.deflection(act(od, theta))),
-            Equation::Flexion(model) => {
-                let alpha = self.deflection(theta);
-                theta - model.displacement(theta, alpha, self.deflection(model.at_lens(theta)))
-            }
+    fn beta_here(&self, rays: &Rays, start: usize) -> C {
+        let (theta, haloes) = (rays.block(start), rays.haloes.as_ref().map(|haloes| haloes.block(start)));
+        let alpha_d = self.deflection(self.at_lens(theta, haloes.as_ref()));
+        let alpha = match self.equation {
+            Equation::Full { .. } => alpha_d,
+            Equation::Flexion(_) => self.deflection(theta),
+        };
+        let beta = self.equation.beta(theta, alpha_d, alpha);
+        match haloes {
+            Some(haloes) => beta + (haloes.beta(alpha_d) - theta + alpha_d),
+            None => beta,
         }
     }
 
-    /// β of the rays θ, and its derivatives by the numbers of the line of sight followed by the parameters of each lens.
-    pub fn respond(&self, theta: C, by_parameter: &mut [C]) -> C {
-        respond(self, &theta, by_parameter)
+    /// Where rays meet the lens.
+    #[inline(always)]
+    fn at_lens(&self, theta: C, haloes: Option<&HaloBlock>) -> C {
+        let at = self.equation.at_lens(theta);
+        match haloes {
+            Some(haloes) => at + (haloes.at_lens - theta),
+            None => at,
+        }
+    }
+
+    /// Deflections at the lens of all rays.
+    pub fn deflections(&self, rays: &Rays) -> Vec<[f64; 2]> {
+        let block = |start| {
+            let haloes = rays.haloes.as_ref().map(|haloes| haloes.block(start));
+            let alpha = self.deflection(self.at_lens(rays.block(start), haloes.as_ref()));
+            (0..LANES).map(move |i| [alpha.re.0[i], alpha.im.0[i]])
+        };
+        rays.blocks().flat_map(block).take(rays.count()).collect()
+    }
+
+    /// As [`Self::beta`], with the derivatives of β by the numbers of the line of sight followed by the parameters of each
+    /// lens.
+    pub fn respond(&self, rays: &Rays, start: usize, by_parameter: &mut [C]) -> C {
+        respond(self, rays, start, by_parameter)
     }
 
     #[inline(always)]
-    fn respond_here(&self, theta: C, by_parameter: &mut [C]) -> C {
+    fn respond_here(&self, rays: &Rays, start: usize, by_parameter: &mut [C]) -> C {
+        let (theta, haloes) = (rays.block(start), rays.haloes.as_ref().map(|haloes| haloes.block(start)));
         let numbers = self.kind.parameters().len();
         let (by_number, by_lens) = by_parameter.split_at_mut(numbers);
         let mut own = [C::zero(); MOST_NUMBERS];
         let beta = match &self.equation {
-            Equation::Full { od, os, ds } => {
-                let at = act(od, theta);
-                let lens = self.lens_response(at, by_lens);
+            Equation::Full { ds, .. } => {
+                let lens = self.lens_response(self.at_lens(theta, haloes.as_ref()), by_lens);
+                let alpha = lens.deflection;
                 // Plain loops: closures would not be compiled for the instruction set of their caller.
-                let (by_theta, by_alpha) = (by_tensor(theta), by_tensor(lens.deflection));
+                let (by_theta, by_alpha) = (by_tensor(theta), by_tensor(alpha));
                 for i in 0..4 {
-                    own[i] = -act(ds, lens.along(by_theta[i]));
+                    own[i] = behind_lens(ds, haloes.as_ref(), alpha, lens.along(by_theta[i]));
                     own[4 + i] = by_theta[i];
                     own[8 + i] = -by_alpha[i];
                 }
                 for d in by_lens.iter_mut() {
-                    *d = -act(ds, *d);
+                    *d = behind_lens(ds, haloes.as_ref(), alpha, *d);
                 }
-                act(os, theta) - act(ds, lens.deflection)
+                let beta = self.equation.beta(theta, alpha, alpha);
+                match haloes {
+                    Some(haloes) => beta + (haloes.beta(alpha) - theta + alpha),
+                    None => beta,
+                }
             }
             Equation::Flexion(model) => self.respond_flexion(model, theta, &mut own, by_lens),
         };
@@ -132,10 +156,10 @@ impl<'a> TidalFamily<'a> {
         own[23] = i * ((bar - theta) * alpha + theta * alpha_bar);
         own[24] = bar * alpha_bar;
         own[25] = i * own[24];
-        let (direct, crossed) = model.response_factors(theta);
+        let (direct, crossed) = model.behind_lens(theta);
         for (d, at_theta) in by_lens.iter_mut().zip(at_theta.iter()) {
             let a = *at_theta;
-            *d = direct * a + crossed * a.conj() - bend_along(&model.flexion_1ds, alpha, a) - *d;
+            *d = direct * a + crossed * a.conj() - model.flexion_1ds.bend_along(alpha, a) - *d;
         }
         theta - model.displacement(theta, alpha, lens_d.deflection)
     }
@@ -159,28 +183,26 @@ impl<'a> TidalFamily<'a> {
 
 // Compiled once for each instruction set and called once for all lanes.
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn beta(family: &TidalFamily, theta: &C) -> C {
-    family.beta_here(*theta)
+fn beta(lens: &LensResponse, rays: &Rays, start: usize) -> C {
+    lens.beta_here(rays, start)
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn respond(family: &TidalFamily, theta: &C, by_parameter: &mut [C]) -> C {
-    family.respond_here(*theta, by_parameter)
+fn respond(lens: &LensResponse, rays: &Rays, start: usize, by_parameter: &mut [C]) -> C {
+    lens.respond_here(rays, start, by_parameter)
+}
+
+/// What a change of the deflection does to β.
+#[inline(always)]
+fn behind_lens(ds: &Tidal, haloes: Option<&HaloBlock>, alpha: C, d_alpha: C) -> C {
+    match haloes {
+        Some(haloes) => haloes.along(alpha, d_alpha) + (d_alpha - act(ds, d_alpha)),
+        None => -act(ds, d_alpha),
+    }
 }
 
 /// Room for the parameters of eight lenses.
 pub(crate) const MANY_LENSES: usize = 8 * MOST_PARAMETERS;
-
-/// A·z = (1 − κ − iω)z − γz̄.
-#[inline(always)]
-fn act(tidal: &Tidal, z: C) -> C {
-    C::splat(1.0 - tidal.kappa, -tidal.omega) * z - complex(tidal.gamma) * z.conj()
-}
-
-#[inline(always)]
-fn complex(z: nalgebra::Complex<f64>) -> C {
-    C::splat(z.re, z.im)
-}
 
 /// Derivatives of A·z by κ, γ1, γ2, ω.
 #[inline(always)]
@@ -195,48 +217,6 @@ fn by_flexion(z: C) -> [C; 4] {
     let (half_i, bar) = (C::splat(0.0, 0.5), z.conj());
     let (square, modulus, bar_square) = (z * z, z * bar, bar * bar);
     [(square + modulus * 2.0) * 0.5, half_i * (modulus * 2.0 - square), bar_square * 0.5, half_i * bar_square]
-}
-
-/// q(z; F, G) = ½(F̄z² + 2F|z|² + Gz̄²).
-#[inline(always)]
-fn bend(flexion: &Flexion, z: C) -> C {
-    let bar = z.conj();
-    let (f, g) = (complex(flexion.f), complex(flexion.g));
-    (f.conj() * z * z + f * z * bar * 2.0 + g * bar * bar) * 0.5
-}
-
-/// Change of q(z; F, G) when z moves by `dz`.
-#[inline(always)]
-fn bend_along(flexion: &Flexion, z: C, dz: C) -> C {
-    let (f, g) = (complex(flexion.f), complex(flexion.g));
-    f.conj() * z * dz + f * (z.conj() * dz + z * dz.conj()) + g * z.conj() * dz.conj()
-}
-
-impl FlexionModel {
-    /// θ_d.
-    #[inline(always)]
-    fn at_lens(&self, theta: C) -> C {
-        theta * (1.0 - self.od.kappa) - complex(self.od.gamma) * theta.conj() - bend(&self.flexion_od, theta)
-    }
-
-    /// The factors of α(θ) and ᾱ(θ): κ_ds + F̄θ + Fθ̄ and γ_ds + Fθ + Gθ̄ of the 2ds flexion.
-    #[inline(always)]
-    fn response_factors(&self, theta: C) -> (C, C) {
-        let (f, g) = (complex(self.flexion_2ds.f), complex(self.flexion_2ds.g));
-        let bar = theta.conj();
-        let direct = C::splat(self.ds.kappa, 0.0) + f.conj() * theta + f * bar;
-        (direct, complex(self.ds.gamma) + f * theta + g * bar)
-    }
-
-    /// θ − β from α(θ) and α(θ_d).
-    #[inline(always)]
-    fn displacement(&self, theta: C, alpha: C, alpha_d: C) -> C {
-        let own = C::splat(self.os.kappa, self.os.omega) * theta
-            + complex(self.os.gamma) * theta.conj()
-            + bend(&self.flexion_os, theta);
-        let (direct, crossed) = self.response_factors(theta);
-        alpha_d + own - direct * alpha - crossed * alpha.conj() + bend(&self.flexion_1ds, alpha)
-    }
 }
 
 #[cfg(test)]
@@ -277,11 +257,11 @@ mod tests {
                     mapping.map(&[[x, y]], Order::Position).beta_arcsec[0][component]
                 };
                 let lenses = lenses(&LENSES);
-                let family = TidalFamily::new(kind, &parameters[..n], &lenses);
-                let theta = C::splat(x, y);
+                let family = LensResponse::new(kind, &parameters[..n], &lenses);
+                let rays = Rays::new(&[[x, y]; 8]);
                 let mut by = vec![C::zero(); parameters.len()];
-                let got = family.respond(theta, &mut by);
-                prop_assert_eq!(got, family.beta(theta));
+                let got = family.respond(&rays, 0, &mut by);
+                prop_assert_eq!(got, family.beta(&rays, 0));
                 prop_assert!((got.re.0[3] - beta(&parameters, 0)).abs() < 1e-14);
                 prop_assert!((got.im.0[5] - beta(&parameters, 1)).abs() < 1e-14);
                 for (i, by) in by.iter().enumerate() {
