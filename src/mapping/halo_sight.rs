@@ -178,7 +178,9 @@ mod tests {
             let [x, y] = [0, 1].map(|c| traced[c] - haloes.axis_at_source[c]);
             assert!((beta.re.0[i % 32] - x).hypot(beta.im.0[i % 32] - y) < 1e-13);
         }
-        assert!(haloes.expansion_error_arcsec(rays.haloes.as_ref().unwrap(), &alpha, &Silent).unwrap() < 1e-13);
+        assert!(
+            haloes.expansion_error_arcsec(rays.haloes.as_ref().unwrap(), &alpha, &Silent).unwrap() < 1e-13
+        );
     }
 
     #[test]
@@ -199,7 +201,8 @@ mod tests {
         let haloes = HaloSight::new(sight(), 0.5).unwrap();
         let rays = rays(&haloes, &[epl([0.01, 0.0])]);
         let parameters = [0.01, 0.02, -0.01, 0.003, -0.02, 0.03, 0.01, 0.002, 1.3, 2.1, 0.1, -0.2, 0.0, 0.0];
-        let build = |p: &[f64]| [MassModel::Epl(Epl::new(p[8], p[9], [p[10], p[11]], [p[12], p[13]]).unwrap())];
+        let build =
+            |p: &[f64]| [MassModel::Epl(Epl::new(p[8], p[9], [p[10], p[11]], [p[12], p[13]]).unwrap())];
         let beta = |p: &[f64]| {
             let lenses = build(p);
             LensResponse::new(LineOfSightKind::Haloes, &p[..8], &lenses).beta(&rays, 0)

@@ -3,13 +3,15 @@
 //! Maps, images and fits see only [`Mapping`]: they cannot tell a tidal model from 34,000 planes.
 
 mod centre;
+mod halo_sight;
 pub mod multiplane;
 mod rays;
 pub mod tidal;
 
-pub(crate) use rays::{HaloBlock, Rays};
-
 use rayon::prelude::*;
+
+pub use halo_sight::HaloSight;
+pub(crate) use rays::{HaloBlock, Rays};
 
 use crate::error::Result;
 use crate::monitor::{Monitor, Silent};

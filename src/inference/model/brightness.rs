@@ -5,6 +5,7 @@ use super::mesh::Mesh;
 use crate::error::Result;
 use crate::mapping::Rays;
 use crate::mapping::tidal::{LensResponse, MANY_LENSES, MOST_NUMBERS};
+use crate::monitor::Monitor;
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{LANES, Lanes};
 use crate::profile::light::Sersic;
@@ -28,9 +29,45 @@ impl CompiledModel {
         let (lenses, lights) = self.build(&slots)?;
         Ok(Evaluation { model: self, slots, lenses, lights })
     }
+
+    /// Where the line of sight is made of haloes: carries the rays of a new mesh past the lens (see [`HaloSight::carry`]).
+    ///
+    /// # Errors
+    /// When cancelled.
+    pub(crate) fn carry(&self, mesh: &mut Mesh, monitor: &dyn Monitor) -> Result<()> {
+        if let Some(haloes) = self.haloes() {
+            mesh.rays.haloes = Some(haloes.carry(&mesh.rays.theta_arcsec(), monitor)?);
+        }
+        Ok(())
+    }
 }
 
 impl Evaluation<'_> {
+    /// Where the line of sight is made of haloes: expands the rays of a mesh about the deflections of these lenses.
+    ///
+    /// # Errors
+    /// When cancelled.
+    pub fn expand(&self, mesh: &mut Mesh, monitor: &dyn Monitor) -> Result<()> {
+        if let (Some(haloes), Some(rays)) = (self.model.haloes(), &mesh.rays.haloes) {
+            let deflections = self.lens().deflections(&mesh.rays);
+            mesh.rays.haloes = Some(haloes.expand_about(rays, deflections, monitor)?);
+        }
+        Ok(())
+    }
+
+    /// How far in arcsec β is from that of rays traced through the haloes and these lenses, at most; 0 without haloes.
+    ///
+    /// # Errors
+    /// When cancelled.
+    pub fn expansion_error_arcsec(&self, mesh: &Mesh, monitor: &dyn Monitor) -> Result<f64> {
+        match (self.model.haloes(), &mesh.rays.haloes) {
+            (Some(haloes), Some(rays)) => {
+                haloes.expansion_error_arcsec(rays, &self.lens().deflections(&mesh.rays), monitor)
+            }
+            _ => Ok(0.0),
+        }
+    }
+
     fn lens(&self) -> LensResponse<'_> {
         let numbers = self.model.line_of_sight.parameters().len();
         LensResponse::new(self.model.line_of_sight, &self.slots[..numbers], &self.lenses)

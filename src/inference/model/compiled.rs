@@ -1,10 +1,12 @@
 //! A description compiled to numbered slots: which are free, fixed or tied, and how they become lenses and lights.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::description::{LightDescription, ModelDescription, ParameterRule, ProfileDescription};
 use crate::error::{Domain, Error, Result};
 use crate::inference::parameter::Prior;
+use crate::mapping::HaloSight;
 use crate::mapping::tidal::{LineOfSightKind, LineOfSightModel};
 use crate::profile::light::Sersic;
 use crate::profile::mass::MassModel;
@@ -81,6 +83,8 @@ pub struct CompiledModel {
     pub(crate) amplitude_priors: Vec<[f64; 2]>,
     slots: Vec<Slot>,
     origins: Vec<Origin>,
+    /// The haloes of [`LineOfSightKind::Haloes`].
+    haloes: Option<Arc<HaloSight>>,
 }
 
 /// Amplitudes without a prior of their own: as good as flat for any image in electrons per second.
@@ -92,8 +96,28 @@ impl CompiledModel {
     /// # Errors
     /// Unknown profiles or parameters, missing ones, ties to nothing, priors without room, no lens, no source, nothing free.
     pub fn new(description: &ModelDescription) -> Result<Self> {
+        if description.line_of_sight.model == LineOfSightKind::Haloes {
+            return Err(Error::out_of_range("the haloes of the model", "missing", "a halo table"));
+        }
+        Self::compile(description, None)
+    }
+
+    /// Compiles a description whose line of sight is that of given haloes.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; a description without `line_of_sight.model = "haloes"`.
+    pub fn through_haloes(description: &ModelDescription, haloes: HaloSight) -> Result<Self> {
+        if description.line_of_sight.model != LineOfSightKind::Haloes {
+            let allowed = "one with line_of_sight.model = \"haloes\" where haloes are given";
+            return Err(Error::out_of_range("the model", &description.name, allowed));
+        }
+        Self::compile(description, Some(Arc::new(haloes)))
+    }
+
+    fn compile(description: &ModelDescription, haloes: Option<Arc<HaloSight>>) -> Result<Self> {
         let mut slots = Slots::default();
         let los = &description.line_of_sight;
+        los.validate()?;
         let numbers = los.model.parameters();
         slots.add((Part::LineOfSight, 0), "line_of_sight", numbers, &los.parameters, |p| p.default)?;
         let mut lenses = Vec::new();
@@ -127,6 +151,7 @@ impl CompiledModel {
             amplitude_priors,
             slots: slots.0,
             origins,
+            haloes,
         })
     }
 
@@ -196,6 +221,11 @@ impl CompiledModel {
         let numbers: Vec<f64> =
             (0..self.line_of_sight.parameters().len()).map(|slot| self.slot_value(slot, free)).collect();
         self.line_of_sight.build(&numbers).minimal()
+    }
+
+    /// The haloes that carry rays past the lens, if the line of sight is made of haloes.
+    pub(super) fn haloes(&self) -> Option<&HaloSight> {
+        self.haloes.as_deref()
     }
 
     /// Values of all slots.

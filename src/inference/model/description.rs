@@ -1,14 +1,17 @@
 //! A model to fit, as written in TOML: lenses, lights, line of sight, and a rule for every parameter.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::likelihood_kind::LikelihoodKind;
+use crate::cosmology::Background;
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
 use crate::inference::parameter::Prior;
+use crate::mapping::multiplane::Sheets;
 use crate::mapping::tidal::LineOfSightKind;
 
 /// What a parameter is: a number, another parameter's name, or a prior.
@@ -27,17 +30,86 @@ pub enum ParameterRule {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LineOfSightDescription {
-    /// `none`, `full`, `minimal`, `flexion` or `flexion-minimal`.
+    /// `none`, `full`, `minimal`, `flexion`, `flexion-minimal` or `haloes`.
     #[schemars(with = "String")]
     pub model: LineOfSightKind,
-    /// kappa_, gamma1_, gamma2_, omega_, F1_ … with od, os, ds, los.
+    /// kappa_, gamma1_, gamma2_, omega_, F1_ … with od, os, ds, los; of `haloes` those of the minimal model, a tidal field
+    /// beside the haloes.
     #[serde(default)]
     pub parameters: BTreeMap<String, ParameterRule>,
+    /// The halo table of `haloes` (.csv, .h5, .fits; also the run.h5 of a simulation), beside the model's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// The sheets of those haloes: in each plane −κ_h on the axis, or none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheets: Option<TableSheets>,
+    /// Redshift of the lens among those haloes; the image's ZLENS when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_lens: Option<f64>,
+    /// Redshift of the source behind those haloes; the image's ZSOURCE when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_source: Option<f64>,
+    /// The distances of those haloes; H0 = 67.4 km/s/Mpc, Ωm = 0.315 when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cosmology: Option<Background>,
+}
+
+/// Sheets that go with a halo table; `on-axis` when left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum TableSheets {
+    /// In each halo's plane −κ_h(0), see [`Sheets::OnAxis`].
+    #[default]
+    OnAxis,
+    /// No compensation.
+    None,
+}
+
+impl TableSheets {
+    /// The same for a line of sight.
+    pub fn sheets(self) -> Sheets {
+        match self {
+            Self::OnAxis => Sheets::OnAxis,
+            Self::None => Sheets::None,
+        }
+    }
 }
 
 impl Default for LineOfSightDescription {
     fn default() -> Self {
-        Self { model: LineOfSightKind::None, parameters: BTreeMap::new() }
+        Self {
+            model: LineOfSightKind::None,
+            parameters: BTreeMap::new(),
+            file: None,
+            sheets: None,
+            z_lens: None,
+            z_source: None,
+            cosmology: None,
+        }
+    }
+}
+
+impl LineOfSightDescription {
+    /// Refuses what belongs to `haloes` in other models.
+    ///
+    /// # Errors
+    /// A key of `haloes` in another model, by its name.
+    pub fn validate(&self) -> Result<()> {
+        let of_haloes = [
+            ("file", self.file.is_some()),
+            ("sheets", self.sheets.is_some()),
+            ("z_lens", self.z_lens.is_some()),
+            ("z_source", self.z_source.is_some()),
+            ("cosmology", self.cosmology.is_some()),
+        ];
+        match of_haloes.into_iter().find(|(_, given)| *given) {
+            Some((key, _)) if self.model != LineOfSightKind::Haloes => Err(Error::out_of_range(
+                &format!("line_of_sight.{key}"),
+                "given",
+                "left out unless line_of_sight.model is \"haloes\"",
+            )),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -94,11 +166,12 @@ pub struct ModelDescription {
 }
 
 /// The models that are built in, by name.
-pub const BUILT_IN: [(&str, &str); 8] = [
+pub const BUILT_IN: [(&str, &str); 9] = [
     ("simple-full", include_str!("../../../data/models/simple-full.toml")),
     ("simple-minimal", include_str!("../../../data/models/simple-minimal.toml")),
     ("tidal-minimal", include_str!("../../../data/models/tidal-minimal.toml")),
     ("tidal-flexion", include_str!("../../../data/models/tidal-flexion.toml")),
+    ("haloes", include_str!("../../../data/models/haloes.toml")),
     ("comprehensive", include_str!("../../../data/models/comprehensive.toml")),
     ("no-foreground-shear", include_str!("../../../data/models/no-foreground-shear.toml")),
     ("aligned", include_str!("../../../data/models/aligned.toml")),
