@@ -11,6 +11,7 @@ use haloray::imaging::{Instrument, PixelSampling, Psf};
 use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::{ImageLikelihood, Maximum, Observation, climb_from};
 use haloray::mock::{MockImage, MockSystem, PerturberRule, Protocol, SourceRule};
+use haloray::monitor::Silent;
 use haloray::{Error, Result};
 use rayon::prelude::*;
 
@@ -98,7 +99,7 @@ fn climb(
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
     let exposure = MockImage::expose(system, camera, &psf, PixelSampling::Point, SEED)?.exposure;
     let observation = Observation::of_camera(exposure.grid, exposure.noise_free_e_s, camera, psf);
-    let likelihood = ImageLikelihood::new(observation, model.clone(), LikelihoodKind::Gaussian)?;
+    let likelihood = ImageLikelihood::new(observation, model.clone(), LikelihoodKind::Gaussian, &Silent)?;
     let start = climb_from(&likelihood, latent)?;
     let (values, slopes) = model.at_latent(&start.latent);
     let singular = || Error::out_of_range("the Fisher matrix", "singular", "positive definite");

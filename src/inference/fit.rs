@@ -73,6 +73,9 @@ pub struct Fit {
     pub image: ModelImage,
     /// Evaluations of the likelihood or its gradient, start included.
     pub evaluations: u64,
+    /// Where the model's line of sight is made of haloes: by how much at most the β of the fit differed from that of rays
+    /// traced through them, at the best fit and at draws.
+    pub expansion_error_arcsec: Option<f64>,
 }
 
 impl Fit {
@@ -87,7 +90,7 @@ impl Fit {
         store: &mut dyn FitStore,
         monitor: &dyn Monitor,
     ) -> Result<Self> {
-        let mut likelihood = ImageLikelihood::new(observation, model, settings.likelihood)?;
+        let mut likelihood = ImageLikelihood::new(observation, model, settings.likelihood, monitor)?;
         let mut state = FitState::load(store, &likelihood, &settings)?;
         let (start, evaluations) = state.start(&mut likelihood, &settings, store, monitor)?;
         let quantities = |z: &[f64]| quantities(likelihood.model(), z);
@@ -148,6 +151,7 @@ impl Fit {
             Error::out_of_range("the best fit", "without an image", "a model that can be evaluated")
         })?;
         let evidence = run.evidence();
+        let expansion_error_arcsec = expansion_error_arcsec(&likelihood, &best_fit, &chains, monitor)?;
         Ok(Self {
             likelihood,
             settings,
@@ -160,6 +164,7 @@ impl Fit {
             best_fit,
             image,
             evaluations,
+            expansion_error_arcsec,
         })
     }
 
@@ -186,6 +191,27 @@ fn quantities(model: &CompiledModel, latent: &[f64]) -> Vec<f64> {
         values.extend([los.gamma.re, los.gamma.im, los.omega]);
     }
     values
+}
+
+fn expansion_error_arcsec(
+    likelihood: &ImageLikelihood,
+    best_fit: &[f64],
+    chains: &Chains,
+    monitor: &dyn Monitor,
+) -> Result<Option<f64>> {
+    /// Draws that stand for the posterior.
+    const DRAWS: usize = 8;
+    if likelihood.model().haloes().is_none() {
+        return Ok(None);
+    }
+    let draws: Vec<&[f64]> =
+        chains.chains.iter().flat_map(|chain| chain.z.chunks_exact(chains.dimension)).collect();
+    let mut largest = likelihood.expansion_error_arcsec(best_fit, monitor)?;
+    for z in draws.iter().step_by((draws.len() / DRAWS).max(1)) {
+        let free = likelihood.model().at_latent(z).0;
+        largest = largest.max(likelihood.expansion_error_arcsec(&free, monitor)?);
+    }
+    Ok(Some(largest))
 }
 
 /// The draw of highest posterior density.

@@ -14,7 +14,7 @@ use crate::monitor::Monitor;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FitState {
     search: StartSearch,
-    /// The maximum found with pixels sampled at their centres, then that on each finer mesh.
+    /// The maximum found with pixels sampled at their centres, then that of each refinement.
     maxima: Vec<Maximum>,
     evaluations: u64,
     pub(super) run: Option<SamplerRun>,
@@ -52,11 +52,12 @@ impl FitStore for NoStore {
     }
 }
 
-/// Finer meshes on which the start is climbed to again: the maximum moves when the mesh does; twice is enough for it to settle.
-const fn meshes(sampling: PixelSampling) -> usize {
-    match sampling {
-        PixelSampling::Point => 0,
-        PixelSampling::Adaptive => 2,
+/// Times that mesh and rays are refined and the start is climbed to again: the maximum moves when they do; twice is enough for
+/// it to settle.
+fn refinements(likelihood: &ImageLikelihood, sampling: PixelSampling) -> usize {
+    match (sampling, likelihood.model().haloes()) {
+        (PixelSampling::Point, None) => 0,
+        _ => 2,
     }
 }
 
@@ -68,7 +69,7 @@ impl FitState {
         settings: &FitSettings,
     ) -> Result<Self> {
         let Some(state) = store.load()? else { return Ok(Self::default()) };
-        if state.fits(likelihood.dimension(), settings) {
+        if state.fits(likelihood, settings) {
             return Ok(state);
         }
         store.refuse();
@@ -76,8 +77,9 @@ impl FitState {
     }
 
     /// Whether all shapes are those of this fit, and steps come in order.
-    fn fits(&self, dimension: usize, settings: &FitSettings) -> bool {
-        let most = 1 + meshes(settings.pixel_sampling);
+    fn fits(&self, likelihood: &ImageLikelihood, settings: &FitSettings) -> bool {
+        let dimension = likelihood.dimension();
+        let most = 1 + refinements(likelihood, settings.pixel_sampling);
         let run_fits = |run: &SamplerRun| {
             self.maxima.len() == most && run.fits(&settings.sampler, settings.seed, dimension)
         };
@@ -87,8 +89,8 @@ impl FitState {
             && self.run.as_ref().is_none_or(run_fits)
     }
 
-    /// The start of the sampler with the evaluations that it took; `likelihood` then has its final mesh. What has been done
-    /// before is not done again, but for the meshes, which follow from the maxima.
+    /// The start of the sampler with the evaluations that it took; `likelihood` is then refined. What has been done before
+    /// is not done again, but for the refinements, which follow from the maxima.
     pub(super) fn start(
         &mut self,
         likelihood: &mut ImageLikelihood,
@@ -104,17 +106,18 @@ impl FitState {
             self.maxima.extend(self.search.best().cloned());
         }
         let Some(mut start) = self.maxima.first().cloned() else { return Err(no_model(likelihood)) };
-        for mesh in 1..=meshes(settings.pixel_sampling) {
+        for refined in 1..=refinements(likelihood, settings.pixel_sampling) {
             monitor.check()?;
-            likelihood.refine_mesh(&start.latent, &start.metric, settings.seed)?;
-            if self.maxima.len() <= mesh {
+            let how = (settings.pixel_sampling, settings.seed);
+            likelihood.refine(&start.latent, &start.metric, how, monitor)?;
+            if self.maxima.len() <= refined {
                 let counter = Counter::new(monitor);
                 let top = to_the_top(&counter.watch(likelihood), start.latent);
                 self.evaluations += counter.evaluations()?;
                 self.maxima.push(top.ok_or_else(|| no_model(likelihood))?);
                 store.save(self)?;
             }
-            start = self.maxima[mesh].clone();
+            start = self.maxima[refined].clone();
         }
         Ok((start, self.search.evaluations() + self.evaluations))
     }

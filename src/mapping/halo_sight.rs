@@ -144,7 +144,7 @@ mod tests {
         let theta = [vec![1.0, -2.0, 0.3, 5.0, -0.7], vec![0.5, 0.1, -3.0, 2.0, 0.9]];
         let background = Background::paper();
         let haloes = HaloCatalogue::new(1.5, &background, z, theta, masses).unwrap();
-        LineOfSight::new(&haloes, background, &Sheets::OnAxis).unwrap()
+        LineOfSight::new(&haloes, &Sheets::OnAxis).unwrap()
     }
 
     fn epl(centre: [f64; 2]) -> MassModel {

@@ -11,7 +11,7 @@ pub mod tidal;
 use rayon::prelude::*;
 
 pub use halo_sight::HaloSight;
-pub(crate) use rays::{HaloBlock, Rays};
+pub(crate) use rays::{HaloBlock, HaloExpansion, Rays};
 
 use crate::error::Result;
 use crate::monitor::{Monitor, Silent};

@@ -230,7 +230,7 @@ mod tests {
         let model = CompiledModel::new(&description).unwrap();
         let (truths, observation, seed) = system(&model, 2, 112).unwrap();
         let truth = model.free.iter().zip(&truths).map(|(p, truth)| p.prior.to_latent(*truth)).collect();
-        let likelihood = ImageLikelihood::new(observation, model, description.likelihood).unwrap();
+        let likelihood = ImageLikelihood::new(observation, model, description.likelihood, &Silent).unwrap();
         let from_truth = climb_from(&likelihood, truth).unwrap().log_posterior;
         let blind = find_start(&likelihood, seed, &Silent).unwrap().log_posterior;
         assert!(blind > from_truth - 1.0, "{blind} from a blind start, {from_truth} from the truth");

@@ -3,13 +3,15 @@
 use std::time::Instant;
 
 use super::simulate::Simulation;
-use super::view::View;
+use super::view::{View, line_of_sight};
 use crate::error::Result;
 use crate::imaging::Psf;
 use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, LightDescription, ModelDescription, ParameterRule};
 use crate::inference::sample::{SamplerSettings, ValleySettings};
 use crate::inference::{Fit, FitSettings, NoStore, Observation, Prior};
+use crate::mapping::HaloSight;
+use crate::mapping::tidal::LineOfSightKind;
 use crate::monitor::Monitor;
 use crate::profile::light::Sersic;
 use crate::profile::registry::{Parameter, Role};
@@ -42,7 +44,11 @@ pub fn fit_views(
     monitor: &dyn Monitor,
 ) -> Result<Vec<ViewFit>> {
     let mut fits = Vec::new();
-    for (image, view) in [("all_haloes", &run.all), ("tidal_haloes", &run.tidal)] {
+    let tidal = run.halo_tidal.within(run.config.diagnostics.delta_threshold);
+    let in_tidal_regime = run.haloes.catalogue.select(&tidal);
+    for (image, view, catalogue) in
+        [("all_haloes", &run.all, &run.haloes.catalogue), ("tidal_haloes", &run.tidal, &in_tidal_regime)]
+    {
         for name in models {
             let mut description = ModelDescription::built_in(name)?;
             description.pixel_sampling = Some(run.config.image.pixel_sampling);
@@ -56,7 +62,14 @@ pub fn fit_views(
                 min_ess: ESS_LIMIT,
                 seed: run.config.seed,
             };
-            let model = CompiledModel::new(&description)?;
+            let model = match description.line_of_sight.model {
+                LineOfSightKind::Haloes => {
+                    let sight = line_of_sight(&run.config, &run.haloes, catalogue)?;
+                    let haloes = HaloSight::new(sight, run.config.line_of_sight.z_lens)?;
+                    CompiledModel::through_haloes(&description, haloes)?
+                }
+                _ => CompiledModel::new(&description)?,
+            };
             let start = Instant::now();
             let _task = monitor.task(&format!("{image}, {name}"), None);
             let fit = Fit::run(observation(run, view, psf), model, settings, &mut NoStore, monitor)?;
@@ -64,10 +77,10 @@ pub fn fit_views(
             fits.push(ViewFit {
                 image,
                 model: name.clone(),
+                expected: expected(run, view, &description),
                 description,
                 fit,
                 seconds,
-                expected: expected(view),
             });
         }
     }
@@ -97,8 +110,29 @@ fn lens_light() -> LightDescription {
     }
 }
 
-/// What the tensors of the axis ray have for the shears of the fit.
-fn expected(view: &View) -> Vec<(String, f64)> {
+/// What the tensors of the axis ray have for the shears of the fit; for a fit through the haloes themselves the true lens and
+/// source, their centres where the ray that is seen on the axis meets their planes.
+fn expected(run: &Simulation, view: &View, description: &ModelDescription) -> Vec<(String, f64)> {
+    if description.line_of_sight.model == LineOfSightKind::Haloes {
+        let (lens, source) = (&run.config.lens, &run.config.source);
+        let ([lens_e1, lens_e2], [e1, e2]) = (run.shapes.lens_ellipticity, run.shapes.source_ellipticity);
+        return [
+            ("lens.theta_E", lens.einstein_radius_arcsec),
+            ("lens.gamma", lens.slope),
+            ("lens.e1", lens_e1),
+            ("lens.e2", lens_e2),
+            ("lens.center_x", 0.0),
+            ("lens.center_y", 0.0),
+            ("source.R_sersic", source.radius_arcsec),
+            ("source.n_sersic", source.sersic_index),
+            ("source.e1", e1),
+            ("source.e2", e2),
+            ("source.center_x", 0.0),
+            ("source.center_y", 0.0),
+        ]
+        .map(|(name, value)| (name.to_string(), value))
+        .to_vec();
+    }
     let (od, los) = (&view.effective.od.tidal, &view.effective.los);
     [
         ("gamma1_od", od.gamma.re),

@@ -33,7 +33,7 @@ fn likelihood(kind: &str) -> (ImageLikelihood, Vec<f64>) {
     let description = ModelDescription::built_in("simple-minimal").expect("built in");
     let model = CompiledModel::new(&description).expect("a model");
     let kind = if kind == "gaussian" { LikelihoodKind::Gaussian } else { LikelihoodKind::Lenstronomy };
-    let likelihood = ImageLikelihood::new(observation, model, kind).expect("an image");
+    let likelihood = ImageLikelihood::new(observation, model, kind, &Silent).expect("an image");
     let start = find_start(&likelihood, 1, &Silent).expect("a start");
     (likelihood, start.latent)
 }

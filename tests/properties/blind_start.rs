@@ -17,7 +17,7 @@ fn starts_as_high_as_from_the_truth(number: u64) {
     let exposure = MockImage::expose(&system, &camera, &psf, PixelSampling::Point, SEED).unwrap().exposure;
     let observation = Observation::of_camera(exposure.grid, exposure.noisy_e_s, &camera, psf);
     let model = CompiledModel::new(&ModelDescription::built_in("comprehensive").unwrap()).unwrap();
-    let likelihood = ImageLikelihood::new(observation, model, LikelihoodKind::Gaussian).unwrap();
+    let likelihood = ImageLikelihood::new(observation, model, LikelihoodKind::Gaussian, &Silent).unwrap();
     let truths = system.truths();
     let truth_of = |name: &str| truths.iter().find(|(known, _)| *known == name).unwrap().1;
     let truth = likelihood.model().free.iter().map(|p| p.prior.to_latent(truth_of(&p.name))).collect();

@@ -7,6 +7,7 @@ use crate::oracle_table::REQUIRED_HEADERS;
 use haloray::imaging::{Psf, SkyGrid};
 use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
 use haloray::inference::{ImageLikelihood, ModelImage, Observation};
+use haloray::monitor::Silent;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -53,7 +54,7 @@ fn likelihood(whole: &Value, kind: LikelihoodKind) -> ImageLikelihood {
         psf: Psf::gaussian(number("psf_fwhm_arcsec"), number("psf_truncation_sigma"), scale).unwrap(),
     };
     let model = CompiledModel::new(&ModelDescription::built_in("simple-minimal").unwrap()).unwrap();
-    ImageLikelihood::new(observation, model, kind).unwrap()
+    ImageLikelihood::new(observation, model, kind, &Silent).unwrap()
 }
 
 fn images(likelihood: &ImageLikelihood, cases: &[Case]) -> Vec<ModelImage> {

@@ -8,7 +8,9 @@ use super::amplitudes::{By, ImageFit, combine, informations};
 use super::latent::{Curvature, LatentLikelihood, NoCurvature};
 use super::observation::Observation;
 use crate::error::{Error, Result};
+use crate::imaging::PixelSampling;
 use crate::inference::model::{CompiledModel, Evaluation, LikelihoodKind, Mesh};
+use crate::monitor::Monitor;
 use crate::numerics::random::{self, stream};
 
 /// The likelihood of an observation under a model; the mesh is always one of the observation's own pixels.
@@ -34,13 +36,19 @@ pub struct ModelImage {
 }
 
 impl ImageLikelihood {
-    /// Every pixel sampled at its centre.
+    /// Every pixel sampled at its centre, its ray carried through the haloes of the model where it has any.
     ///
     /// # Errors
-    /// Those of [`Observation::validate`].
-    pub fn new(observation: Observation, model: CompiledModel, kind: LikelihoodKind) -> Result<Self> {
+    /// Those of [`Observation::validate`]; when cancelled.
+    pub fn new(
+        observation: Observation,
+        model: CompiledModel,
+        kind: LikelihoodKind,
+        monitor: &dyn Monitor,
+    ) -> Result<Self> {
         observation.validate()?;
-        let mesh = Mesh::of_centres(&observation.grid);
+        let mut mesh = Mesh::of_centres(&observation.grid);
+        model.carry(&mut mesh, monitor)?;
         Ok(Self { observation, model, kind, mesh })
     }
 
@@ -127,16 +135,46 @@ impl ImageLikelihood {
         by_free.iter().zip(slopes).map(|(d, slope)| d * slope).collect()
     }
 
+    /// Makes ready to sample around a start: a finer mesh where pixels are integrated, and rays through haloes expanded about
+    /// the deflections of the start.
+    ///
+    /// # Errors
+    /// A metric that is not positive definite; when cancelled.
+    pub(in crate::inference) fn refine(
+        &mut self,
+        start: &[f64],
+        metric: &DMatrix<f64>,
+        (sampling, seed): (PixelSampling, u64),
+        monitor: &dyn Monitor,
+    ) -> Result<()> {
+        if sampling == PixelSampling::Adaptive {
+            self.refine_mesh(start, metric, seed, monitor)?;
+            self.model.carry(&mut self.mesh, monitor)?;
+        }
+        let expansion = self.model.evaluate(&self.model.at_latent(start).0)?.expand(&self.mesh, monitor)?;
+        self.mesh.rays.haloes = expansion;
+        Ok(())
+    }
+
+    /// How far in arcsec β is from that of rays traced through the haloes of the model, at most; 0 without haloes.
+    ///
+    /// # Errors
+    /// Values outside the domain of a profile; when cancelled.
+    pub fn expansion_error_arcsec(&self, free: &[f64], monitor: &dyn Monitor) -> Result<f64> {
+        self.model.evaluate(free)?.expansion_error_arcsec(&self.mesh, monitor)
+    }
+
     /// Samples the pixels anew, so that every one is integrated to 1% of its noise at the start and at models scattered around
     /// it as its metric says.
     ///
     /// # Errors
     /// A metric that is not positive definite.
-    pub(in crate::inference) fn refine_mesh(
+    fn refine_mesh(
         &mut self,
         start: &[f64],
         metric: &DMatrix<f64>,
         seed: u64,
+        monitor: &dyn Monitor,
     ) -> Result<()> {
         const TOLERANCE_OF_NOISE: f64 = 0.01;
         const MODELS: usize = 4;
@@ -162,13 +200,14 @@ impl ImageLikelihood {
         let noise = |f: f64| if f > 0.0 { f.sqrt().recip() } else { coarsest };
         let tolerance: Vec<f64> = information.into_iter().map(|f| TOLERANCE_OF_NOISE * noise(f)).collect();
         self.mesh = Mesh::adaptive(&self.observation.grid, &tolerance, |points| {
-            let points = Mesh::at_points(points);
+            let mut points = Mesh::at_points(points);
+            self.model.carry(&mut points, monitor)?;
             let of = |(free, amplitudes): &(Vec<f64>, Vec<f64>)| {
                 let at = self.model.evaluate(free).ok()?;
                 Some(combine(&at.brightness(&points), amplitudes))
             };
-            models.par_iter().filter_map(of).collect()
-        });
+            Ok(models.par_iter().filter_map(of).collect())
+        })?;
         Ok(())
     }
 
@@ -246,6 +285,7 @@ mod tests {
     use super::*;
     use crate::imaging::{Psf, SkyGrid};
     use crate::inference::model::ModelDescription;
+    use crate::monitor::Silent;
     use crate::numerics::random::{self, stream};
     use crate::profile::mass::derivative_checks::derivative;
 
@@ -264,7 +304,7 @@ mod tests {
             exposure_s: 5400.0,
             psf,
         };
-        let mut likelihood = ImageLikelihood::new(observation, model, kind).unwrap();
+        let mut likelihood = ImageLikelihood::new(observation, model, kind, &Silent).unwrap();
         // The data: the model at one prior draw near the middle with amplitudes of a bright system, plus noise.
         let free = likelihood.model.at_latent(&near_the_middle(&likelihood, 0)).0;
         let at = likelihood.model.evaluate(&free).unwrap();

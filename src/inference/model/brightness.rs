@@ -3,8 +3,8 @@
 use super::compiled::CompiledModel;
 use super::mesh::Mesh;
 use crate::error::Result;
-use crate::mapping::Rays;
 use crate::mapping::tidal::{LensResponse, MANY_LENSES, MOST_NUMBERS};
+use crate::mapping::{HaloExpansion, Rays};
 use crate::monitor::Monitor;
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{LANES, Lanes};
@@ -43,16 +43,13 @@ impl CompiledModel {
 }
 
 impl Evaluation<'_> {
-    /// Where the line of sight is made of haloes: expands the rays of a mesh about the deflections of these lenses.
+    /// Where the line of sight is made of haloes: the rays of a mesh expanded about the deflections of these lenses.
     ///
     /// # Errors
     /// When cancelled.
-    pub fn expand(&self, mesh: &mut Mesh, monitor: &dyn Monitor) -> Result<()> {
-        if let (Some(haloes), Some(rays)) = (self.model.haloes(), &mesh.rays.haloes) {
-            let deflections = self.lens().deflections(&mesh.rays);
-            mesh.rays.haloes = Some(haloes.expand_about(rays, deflections, monitor)?);
-        }
-        Ok(())
+    pub fn expand(&self, mesh: &Mesh, monitor: &dyn Monitor) -> Result<Option<HaloExpansion>> {
+        let (Some(haloes), Some(rays)) = (self.model.haloes(), &mesh.rays.haloes) else { return Ok(None) };
+        haloes.expand_about(rays, self.lens().deflections(&mesh.rays), monitor).map(Some)
     }
 
     /// How far in arcsec β is from that of rays traced through the haloes and these lenses, at most; 0 without haloes.

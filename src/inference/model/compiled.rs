@@ -224,7 +224,7 @@ impl CompiledModel {
     }
 
     /// The haloes that carry rays past the lens, if the line of sight is made of haloes.
-    pub(super) fn haloes(&self) -> Option<&HaloSight> {
+    pub(in crate::inference) fn haloes(&self) -> Option<&HaloSight> {
         self.haloes.as_deref()
     }
 

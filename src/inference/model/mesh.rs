@@ -1,5 +1,6 @@
 //! Where the surface brightness is sampled to integrate it over pixels: fixed while a fit samples.
 
+use crate::error::Result;
 use crate::imaging::SkyGrid;
 use crate::mapping::Rays;
 
@@ -45,8 +46,8 @@ impl Mesh {
     pub(crate) fn adaptive(
         grid: &SkyGrid,
         tolerance: &[f64],
-        brightness: impl Fn(&[[f64; 2]]) -> Vec<Vec<f64>>,
-    ) -> Self {
+        brightness: impl Fn(&[[f64; 2]]) -> Result<Vec<Vec<f64>>>,
+    ) -> Result<Self> {
         const DEEPEST: i32 = 10;
         /// Half the distance of the two Gauss–Legendre nodes in units of the cell.
         const NODE: f64 = 0.288_675_134_594_812_9;
@@ -66,7 +67,7 @@ impl Mesh {
                     std::iter::once(*c).chain(around(*c, NODE * width)).chain(quarters.into_iter().flatten())
                 })
                 .collect();
-            let values = brightness(&points);
+            let values = brightness(&points)?;
             let mut next = Vec::new();
             for (i, (pixel, centre)) in cells.iter().enumerate() {
                 let allowed = tolerance[*pixel] * share;
@@ -88,7 +89,7 @@ impl Mesh {
             }
             (cells, width) = (next, 0.5 * width);
         }
-        Self::new(grid, samples.into_iter())
+        Ok(Self::new(grid, samples.into_iter()))
     }
 
     /// Samples at any points, for evaluation alone.
