@@ -1,6 +1,6 @@
-//! Closed contours of a field on a grid, by marching squares.
+//! Rings around the regions of a field that lie above a level.
 
-use std::collections::BTreeMap;
+use crate::numerics::contour::zero_contours;
 
 /// A field on a rectangular grid of nodes.
 pub(super) struct Field {
@@ -16,80 +16,26 @@ impl Field {
     /// Rings around the regions above `level`, higher values on their left; along the border of the grid they
     /// are closed.
     pub fn rings_above(&self, level: f64) -> Vec<Vec<(f64, f64)>> {
-        let mut next: BTreeMap<Edge, Edge> = BTreeMap::new();
-        for j in 0..=self.y.len() {
-            for i in 0..=self.x.len() {
-                self.segments_of_cell(i, j, level, &mut next);
-            }
-        }
-        let mut rings = Vec::new();
-        while let Some((&first, _)) = next.first_key_value() {
-            let mut ring = Vec::new();
-            let mut edge = first;
-            while let Some(following) = next.remove(&edge) {
-                ring.push(self.crossing(edge, level));
-                edge = following;
-            }
-            rings.push(ring);
-        }
-        rings
+        let (columns, rows) = (self.x.len() + 2, self.y.len() + 2);
+        let nodes: Vec<(f64, f64, f64)> =
+            (0..columns * rows).map(|k| self.node(k % columns, k / columns)).collect();
+        let heights: Vec<f64> = nodes.iter().map(|node| node.2 - level).collect();
+        let crossing = |&[low, high]: &[usize; 2]| {
+            let (from, to) = (nodes[low], nodes[high]);
+            let t = heights[low] / (heights[low] - heights[high]);
+            (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1))
+        };
+        let contours = zero_contours(&heights, columns, rows).into_iter();
+        contours.map(|contour| contour.crossings.iter().map(crossing).collect()).collect()
     }
 
     /// Node (i, j) of the grid with a border of low nodes around it, at the coordinates of the outermost ones.
-    fn node(&self, (i, j): (usize, usize)) -> (f64, f64, f64) {
+    fn node(&self, i: usize, j: usize) -> (f64, f64, f64) {
         let inside = |k: usize, count: usize| (1..=count).contains(&k);
         let clamped = |k: usize, count: usize| k.clamp(1, count) - 1;
         let (nx, ny) = (self.x.len(), self.y.len());
         let value = if inside(i, nx) && inside(j, ny) { self.values[(j - 1) * nx + i - 1] } else { f64::MIN };
         (self.x[clamped(i, nx)], self.y[clamped(j, ny)], value)
-    }
-
-    /// Where the level is met between the two nodes of an edge.
-    fn crossing(&self, edge: Edge, level: f64) -> (f64, f64) {
-        let far = if edge.is_upright { (edge.i, edge.j + 1) } else { (edge.i + 1, edge.j) };
-        let (a, b) = (self.node((edge.i, edge.j)), self.node(far));
-        let t = ((level - a.2) / (b.2 - a.2)).clamp(0.0, 1.0);
-        (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1))
-    }
-
-    /// Walking around a cell counter-clockwise, a contour enters the cell where the walk steps down and leaves
-    /// it where the walk steps up.
-    fn segments_of_cell(&self, i: usize, j: usize, level: f64, next: &mut BTreeMap<Edge, Edge>) {
-        let values = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|node| self.node(node).2);
-        let high = values.map(|value| value > level);
-        let edges = [Edge::level(i, j), Edge::upright(i + 1, j), Edge::level(i, j + 1), Edge::upright(i, j)];
-        let steps = |down: bool| {
-            (0..4).filter(move |&k| high[k] != high[(k + 1) % 4] && high[k] == down).collect::<Vec<usize>>()
-        };
-        let (downs, ups) = (steps(true), steps(false));
-        // At a saddle the mean of the corners decides which two are connected.
-        let is_centre_high = 0.25 * values.iter().sum::<f64>() > level;
-        for &down in &downs {
-            let up = match ups.len() {
-                1 => ups[0],
-                _ if is_centre_high => (down + 1) % 4,
-                _ => (down + 3) % 4,
-            };
-            next.insert(edges[down], edges[up]);
-        }
-    }
-}
-
-/// An edge between a node and its right or upper neighbour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Edge {
-    j: usize,
-    i: usize,
-    is_upright: bool,
-}
-
-impl Edge {
-    fn level(i: usize, j: usize) -> Self {
-        Self { j, i, is_upright: false }
-    }
-
-    fn upright(i: usize, j: usize) -> Self {
-        Self { j, i, is_upright: true }
     }
 }
 
