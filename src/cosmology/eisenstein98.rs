@@ -1,6 +1,6 @@
 //! Eisenstein & Hu 1998 matter transfer function, with acoustic oscillations and without baryons' wiggles.
 
-use super::StructureParameters;
+use super::structure_parameters::StructureParameters;
 
 /// Fitting formulae of Eisenstein & Hu 1998 (ApJ 496, 605); equation numbers below are theirs.
 ///

@@ -14,24 +14,7 @@ use house::{Arrows, House};
 use orders::{ORDERS, part_of};
 
 /// Imports that close a circle or go against an order, and are to go. **This list only shrinks.**
-const KNOWN: &[(&str, &str)] = &[
-    ("cosmology/eisenstein98.rs", "cosmology/linear.rs"),
-    ("halo/concentration/mod.rs", "halo/concentration/diemer15.rs"),
-    ("halo/concentration/mod.rs", "halo/concentration/diemer19.rs"),
-    ("halo/concentration/mod.rs", "halo/concentration/duffy08.rs"),
-    ("halo/mass_function/mod.rs", "halo/mass_function/press74.rs"),
-    ("halo/mass_function/mod.rs", "halo/mass_function/sheth99.rs"),
-    ("halo/mass_function/mod.rs", "halo/mass_function/tinker08.rs"),
-    ("inference/model/description.rs", "inference/likelihood/amplitudes.rs"),
-    ("inference/diagnose/convergence/mod.rs", "inference/diagnose/convergence/autocorrelation_time.rs"),
-    ("inference/diagnose/convergence/mod.rs", "inference/diagnose/convergence/effective_size.rs"),
-    ("inference/diagnose/convergence/mod.rs", "inference/diagnose/convergence/split_r_hat.rs"),
-    ("inference/sample/ensemble/mod.rs", "inference/sample/ensemble/slice.rs"),
-    ("inference/sample/ensemble/mod.rs", "inference/sample/ensemble/stretch.rs"),
-    ("inference/sample/valley/mod.rs", "inference/sample/valley/chain_block.rs"),
-    ("inference/sample/valley/mod.rs", "inference/sample/valley/slow_directions.rs"),
-    ("inference/sample/valley/position.rs", "inference/sample/valley/importance.rs"),
-];
+const KNOWN: &[(&str, &str)] = &[];
 
 fn library() -> Arrows {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

@@ -1,8 +1,9 @@
 //! Diemer & Kravtsov 2015 concentration–mass relation, with the parameters updated in 2019.
 
-use super::{ConcentrationRelation, MassDefinition, require_200c};
+use super::relation::{ConcentrationRelation, require_200c};
 use crate::cosmology::LinearTheory;
 use crate::error::Result;
+use crate::halo::MassDefinition;
 
 /// Scale at which the slope of the power spectrum counts: k = 2πκ/R.
 const KAPPA: f64 = 1.00;

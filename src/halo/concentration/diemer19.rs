@@ -1,8 +1,9 @@
 //! Diemer & Joyce 2019 concentration–mass relation.
 
-use super::{ConcentrationRelation, MassDefinition, require_200c};
+use super::relation::{ConcentrationRelation, require_200c};
 use crate::cosmology::LinearTheory;
 use crate::error::Result;
+use crate::halo::MassDefinition;
 use crate::numerics::roots::bracketed_root;
 
 /// Published best fit of the median: κ, a₀, a₁, b₀, b₁, c_α.

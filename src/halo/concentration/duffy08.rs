@@ -1,8 +1,9 @@
 //! Duffy et al. 2008 concentration–mass relation.
 
-use super::{ConcentrationRelation, MassDefinition};
+use super::ConcentrationRelation;
 use crate::cosmology::LinearTheory;
 use crate::error::{Error, Result};
+use crate::halo::MassDefinition;
 
 /// Pivot mass, Msun/h.
 const PIVOT_MSUN_PER_H: f64 = 2e12;

@@ -1,8 +1,9 @@
 //! Press & Schechter 1974 mass function.
 
-use super::{MassDefinition, MassFunction, require_friends_of_friends};
+use super::relation::{MassFunction, require_friends_of_friends};
 use crate::cosmology::linear::COLLAPSE_OVERDENSITY;
 use crate::error::Result;
+use crate::halo::MassDefinition;
 
 /// f(σ) = √(2/π) ν exp(−ν²/2), ν = δ_c/σ (Press & Schechter 1974, ApJ 187, 425).
 ///

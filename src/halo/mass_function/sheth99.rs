@@ -1,8 +1,9 @@
 //! Sheth & Tormen 1999 mass function.
 
-use super::{MassDefinition, MassFunction, require_friends_of_friends};
+use super::relation::{MassFunction, require_friends_of_friends};
 use crate::cosmology::linear::COLLAPSE_OVERDENSITY;
 use crate::error::Result;
+use crate::halo::MassDefinition;
 
 /// Normalisation A: all mass is in haloes.
 const A_NORM: f64 = 0.3222;

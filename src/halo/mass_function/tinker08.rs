@@ -1,8 +1,9 @@
 //! Tinker et al. 2008 mass function of spherical-overdensity haloes.
 
-use super::{MassDefinition, MassFunction};
+use super::MassFunction;
 use crate::cosmology::Background;
 use crate::error::{Error, Result, require};
+use crate::halo::MassDefinition;
 
 /// Table 2: Δ_m, A, a, b, c at z = 0.
 const TABLE_2: [[f64; 5]; 9] = [

@@ -1,6 +1,6 @@
 //! The integrated autocorrelation time of an ensemble as emcee estimates it, to compare samplers on equal terms.
 
-use super::mean;
+use super::moments::mean;
 
 /// Window over autocorrelation time at which the sum is cut (Sokal 1989), emcee's default.
 const WINDOW: f64 = 5.0;

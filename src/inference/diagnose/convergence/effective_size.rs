@@ -2,8 +2,8 @@
 
 use nalgebra::DVectorView;
 
+use super::moments::{mean, split, variance};
 use super::ranks::normal_scores;
-use super::{mean, split, variance};
 use crate::inference::diagnose::quantile_of_sorted;
 
 /// Effective size of the rank-normalised draws.

@@ -1,7 +1,7 @@
 //! Rank-normalised split R-hat (Vehtari et al. 2021, equations 3 and 14, and its folded form).
 
+use super::moments::{mean, split, variance};
 use super::ranks::normal_scores;
-use super::{mean, split, variance};
 use crate::inference::diagnose::quantile_of_sorted;
 
 /// The larger of R-hat of the ranks and of the ranks of |x − median|; chains of at least 4 draws.
