@@ -13,18 +13,14 @@ use circles::{circles, circles_of_neighbours};
 use house::{Arrows, House};
 use orders::{ORDERS, part_of};
 
-/// Imports that close a circle or go against an order, and are to go. **This list only shrinks.**
-const KNOWN: &[(&str, &str)] = &[];
-
-fn library() -> Arrows {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    House::read(&source, "lib.rs", &["bin"]).arrows()
+/// The arrows of the crate whose root file lies in the folder `inside` of `src`.
+fn arrows(inside: &str, root: &str, without: &[&str]) -> Arrows {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(inside);
+    House::read(&source, root, without).arrows()
 }
 
-fn without_known(arrows: &Arrows) -> Arrows {
-    let mut arrows = arrows.clone();
-    arrows.iter_mut().for_each(|(from, to)| to.retain(|to| !KNOWN.contains(&(from.as_str(), to.as_str()))));
-    arrows
+fn library() -> Arrows {
+    arrows("", "lib.rs", &["bin"])
 }
 
 /// Whatever is wrong with these imports.
@@ -35,7 +31,15 @@ fn faults(arrows: &Arrows) -> Vec<String> {
 
 #[test]
 fn imports_follow_the_orders_and_close_no_circle() {
-    let found = faults(&without_known(&library()));
+    let found = faults(&library());
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn subcommands_close_no_circle() {
+    let arrows = arrows("bin/haloray", "main.rs", &[]);
+    assert!(arrows["main.rs"].len() > 10, "{:?}", arrows["main.rs"]);
+    let found = circles(&arrows);
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
@@ -53,17 +57,4 @@ fn every_part_has_its_place() {
         let gone: Vec<_> = order.parts.iter().filter(|part| !is_there(part)).collect();
         assert!(gone.is_empty(), "in the order of src/{} and not there: {gone:?}", order.folder);
     }
-}
-
-#[test]
-fn the_list_of_known_faults_shrinks() {
-    let arrows = library();
-    let sound = without_known(&arrows);
-    let is_at_fault = |(from, to): &(&str, &str)| {
-        let mut with = sound.clone();
-        let is_there = arrows.get(*from).is_some_and(|imported| imported.contains(*to));
-        is_there && with.get_mut(*from).unwrap().insert((*to).to_owned()) && !faults(&with).is_empty()
-    };
-    let stale: Vec<_> = KNOWN.iter().filter(|known| !is_at_fault(known)).collect();
-    assert!(stale.is_empty(), "take these off the list, they do no harm any more: {stale:#?}");
 }

@@ -44,7 +44,7 @@ pub fn run(args: &AdvantageArgs, bars: &Bars) -> Result<Outcome> {
     let files = staging.commit()?;
     if !bars.is_quiet() {
         for summary in &summaries {
-            crate::print(&table(summary, &study.image.truths));
+            crate::terminal::print(&table(summary, &study.image.truths));
         }
     }
     print_files(&files, bars);

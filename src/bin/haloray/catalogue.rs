@@ -17,6 +17,7 @@ use haloray::{Error, Result};
 use crate::bars::Bars;
 use crate::fit::{SamplerArg, SamplingArg, description, fingerprint, limited, toml_of};
 use crate::output::print_files;
+use crate::terminal::{print, warn};
 
 /// How well γ_LOS is measured: every image of a catalogue fitted with every model (section 3, Table 2).
 ///
@@ -99,12 +100,12 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
             Ok(fit) => {
                 write_recovery(&output, key(task), &fit, seconds)?;
                 if !bars.is_quiet() {
-                    crate::print(&line(number, all.len(), &fit, &truths[task.0], seconds));
+                    print(&line(number, all.len(), &fit, &truths[task.0], seconds));
                 }
             }
             Err(error) => {
                 let (image, model) = (&images[task.0].name, &models[task.1].name);
-                crate::warn(format_args!("no fit of {image} with {model}: {error}"));
+                warn(format_args!("no fit of {image} with {model}: {error}"));
             }
         }
         Ok(())
@@ -130,7 +131,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
     let files = write(&report, &output, &provenance)?;
     if !bars.is_quiet() {
         let (table, fits) = (report.markdown(), report.fits.len());
-        crate::print(&format!("\n{table}\n{fits} of {} fits, {seconds:.0} s of fitting\n\n", all.len()));
+        print(&format!("\n{table}\n{fits} of {} fits, {seconds:.0} s of fitting\n\n", all.len()));
     }
     print_files(&files, bars);
     Ok(())

@@ -1,6 +1,5 @@
 //! `haloray completions`: completion scripts for shells.
 
-use clap::CommandFactory;
 use haloray::Result;
 
 /// Print the completion script of a shell.
@@ -14,8 +13,8 @@ pub struct Args {
     shell: clap_complete::Shell,
 }
 
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, mut command: clap::Command) -> Result<()> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut crate::Cli::command(), "haloray", &mut script);
-    crate::print_result(&String::from_utf8_lossy(&script))
+    clap_complete::generate(args.shell, &mut command, "haloray", &mut script);
+    crate::terminal::print_result(&String::from_utf8_lossy(&script))
 }

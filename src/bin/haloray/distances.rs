@@ -48,6 +48,6 @@ pub fn run(args: &Args) -> Result<()> {
         }
         text.push('\n');
     }
-    crate::print(&text);
+    crate::terminal::print(&text);
     Ok(())
 }

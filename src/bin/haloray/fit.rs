@@ -21,6 +21,7 @@ use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::output::print_files;
+use crate::terminal::{print, warn};
 
 /// Fit a lensed image: the posterior of a lens, its line of sight and its source.
 ///
@@ -160,7 +161,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let (Some(image), Some(output), Some(mut description), false) =
         (&args.image, &args.output, description.clone(), args.list)
     else {
-        crate::print(&description.map_or_else(list, |d| toml_of(&d)));
+        print(&description.map_or_else(list, |d| toml_of(&d)));
         return Ok(Outcome::Converged);
     };
     if let Some(kind) = args.likelihood {
@@ -197,7 +198,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     // The results are safe; a state that stays behind is only ever continued by the same command.
     let _ = std::fs::remove_file(&saved.path);
     if !bars.is_quiet() {
-        crate::print(&table(&summary, &truths));
+        print(&table(&summary, &truths));
     }
     print_files(&files, bars);
     Ok(if summary.converged { Outcome::Converged } else { Outcome::NotConverged })
@@ -227,7 +228,7 @@ impl SavedFit {
     }
 
     fn begin_anew(&self, why: &str) {
-        crate::warn(format_args!("{}: the saved state is {why}; the fit begins anew", self.path.display()));
+        warn(format_args!("{}: the saved state is {why}; the fit begins anew", self.path.display()));
     }
 }
 

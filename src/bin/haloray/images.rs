@@ -46,12 +46,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let output = args.output.as_deref();
     let output = output.map(|path| Output::begin(path, &extensions, &[Some(&args.model)])).transpose()?;
     for warning in &model.warnings {
-        crate::warn(warning);
+        crate::terminal::warn(warning);
     }
     let mapping = model.lens.mapping();
     let found = PointImages::of(mapping, &window, source);
     if !found.is_complete() {
-        crate::warn("the parities do not add up to the winding; the source may lie on a caustic");
+        crate::terminal::warn("the parities do not add up to the winding; the source may lie on a caustic");
     }
     let table = image_table(&found)?;
     let provenance = Provenance::new(None, "");
@@ -71,7 +71,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             staging.commit()?
         }
     };
-    crate::print_result(&text(&found))?;
+    crate::terminal::print_result(&text(&found))?;
     print_files(&files, bars);
     Ok(())
 }

@@ -36,7 +36,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let points = read_points(&args.points)?;
     Table::check_target(&args.output)?;
     for warning in &model.warnings {
-        crate::warn(warning);
+        crate::terminal::warn(warning);
     }
     let (theta, mapping) = (&points.theta_arcsec, model.lens.mapping());
     let rays = mapping.map(theta, Order::Jacobian);
@@ -55,7 +55,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     columns.push(Column::f64("delay_days", Some("d"), mapping.delay_days(theta)));
     points.with(columns)?.write(&args.output, RAYS_GROUP, &Provenance::new(None, ""))?;
     if !bars.is_quiet() {
-        crate::print(&format!("{} rays written to {}\n", theta.len(), args.output.display()));
+        crate::terminal::print(&format!("{} rays written to {}\n", theta.len(), args.output.display()));
     }
     Ok(())
 }

@@ -22,14 +22,14 @@ mod settings;
 mod simulate;
 mod study;
 mod summary;
+mod terminal;
 mod trace;
 
 use std::io::Write;
-use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use haloray::{Error, Result};
 use mimalloc::MiMalloc;
 
@@ -119,7 +119,7 @@ fn run(cli: &Cli, bars: &Bars) -> Result<ExitCode> {
         Command::Relations(args) => relations::run(args, bars),
         Command::Distances(args) => distances::run(args),
         Command::Schema(args) => schema::run(args),
-        Command::Completions(args) => completions::run(args),
+        Command::Completions(args) => completions::run(args, Cli::command()),
         Command::Simulate(args) => return Ok(simulate::run(args, bars)?.into()),
         Command::Study(args) => return Ok(study::run(args, bars)?.into()),
         Command::Fit(args) => return Ok(fit::run(args, bars)?.into()),
@@ -132,25 +132,4 @@ fn report(error: &Error) -> ExitCode {
     // Nothing can be done about a closed stderr.
     let _ = writeln!(std::io::stderr(), "error: {error}\nhint: {}", error.hint());
     ExitCode::from(if error.is_bad_input() { 2 } else { 1 })
-}
-
-/// Warns on stderr, whether or not anybody can hear it.
-fn warn(text: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stderr(), "warning: {text}");
-}
-
-/// Prints what a person reads beside the files of a run; its loss is no reason to call the run failed.
-fn print(text: &str) {
-    let _ = print_result(text);
-}
-
-/// Writes a result to stdout; a reader that closed the pipe (`| head`) has what it wanted.
-fn print_result(text: &str) -> Result<()> {
-    let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::write(Path::new("standard output"), error))
-        }
-        _ => Ok(()),
-    }
 }

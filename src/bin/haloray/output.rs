@@ -44,7 +44,7 @@ pub fn finish_study(staging: Staging, result: &str, bars: &Bars) -> Result<()> {
     stage_text(&staging, "result.md", result)?;
     let files = staging.commit()?;
     if !bars.is_quiet() {
-        crate::print(result);
+        crate::terminal::print(result);
     }
     print_files(&files, bars);
     Ok(())
@@ -53,6 +53,6 @@ pub fn finish_study(staging: Staging, result: &str, bars: &Bars) -> Result<()> {
 /// Lists the files written, one a line.
 pub fn print_files(files: &[PathBuf], bars: &Bars) {
     if !bars.is_quiet() {
-        crate::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
+        crate::terminal::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
     }
 }

@@ -36,7 +36,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     if !bars.is_quiet() {
         let drawn = haloes.number_drawn.map_or(String::new(), |n| format!(" of {} drawn", grouped(n as f64)));
         let kept = counted(haloes.catalogue.len(), "halo", "haloes");
-        crate::print(&format!("{kept}{drawn} written to {}\n", args.output.display()));
+        crate::terminal::print(&format!("{kept}{drawn} written to {}\n", args.output.display()));
     }
     Ok(())
 }

@@ -47,7 +47,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     ])?;
     table.write(&args.output, "relations", &provenance(&config)?)?;
     if !bars.is_quiet() {
-        crate::print(&format!("{} rows written to {}\n", table.row_count(), args.output.display()));
+        crate::terminal::print(&format!("{} rows written to {}\n", table.row_count(), args.output.display()));
     }
     Ok(())
 }

@@ -23,12 +23,12 @@ enum PresetArg {
 
 pub fn run(args: &Args) -> Result<()> {
     match args.preset {
-        Some(PresetArg::Paper) => crate::print_result(Preset::Paper.toml()),
-        Some(PresetArg::Consistent) => crate::print_result(Preset::Consistent.toml()),
+        Some(PresetArg::Paper) => crate::terminal::print_result(Preset::Paper.toml()),
+        Some(PresetArg::Consistent) => crate::terminal::print_result(Preset::Consistent.toml()),
         None => {
             let text = serde_json::to_string_pretty(&json_schema())
                 .map_err(|e| Error::out_of_range("schema", e, "representable as JSON"))?;
-            crate::print_result(&(text + "\n"))
+            crate::terminal::print_result(&(text + "\n"))
         }
     }
 }

@@ -59,8 +59,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     if !bars.is_quiet() {
         summary::print(&run, &args.settings.name(), &bars.seconds(), &files);
         for (fit, summary) in fits.iter().zip(&summaries) {
-            crate::print(&format!("{} fitted with {}; true: on the axis\n", fit.image, fit.model));
-            crate::print(&table(summary, &fit.expected));
+            crate::terminal::print(&format!("{} fitted with {}; true: on the axis\n", fit.image, fit.model));
+            crate::terminal::print(&table(summary, &fit.expected));
         }
     }
     let converged = summaries.iter().all(|summary| summary.converged);

@@ -16,7 +16,7 @@ pub fn print(run: &Simulation, name: &str, seconds: &[(String, f64)], files: &[P
     let _ = counts(&mut text, run, &summary, name);
     let _ = tensors(&mut text, run, &summary);
     let _ = ending(&mut text, seconds, files);
-    crate::print(&text);
+    crate::terminal::print(&text);
 }
 
 fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) -> std::fmt::Result {
@@ -78,7 +78,7 @@ fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::
 /// Says how accurately rays were traced.
 pub fn print_accuracy(report: &AccuracyReport, bars: &Bars) {
     if !bars.is_quiet() {
-        crate::print(&format!("{}\n", accuracy(report)));
+        crate::terminal::print(&format!("{}\n", accuracy(report)));
     }
 }
 

@@ -96,7 +96,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     if !bars.is_quiet() {
         let rays = counted(points.theta_arcsec.len(), "ray", "rays");
         let planes = counted(sight.len(), "plane", "planes");
-        crate::print(&format!("{rays} through {planes} written to {}\n", args.output.display()));
+        crate::terminal::print(&format!("{rays} through {planes} written to {}\n", args.output.display()));
         print_accuracy(&mapping.report(), bars);
     }
     Ok(())

@@ -9,12 +9,12 @@
 //! lenstronomy's: amplitudes from least squares weighted by the variance of the *data*, ln L = −½Σ(d−m)²/v(m).
 //! Both come with ∂lnL/∂B, the only thing that gradients need.
 
-use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 
 use super::observation::Observation;
 use super::pixel_sums::{PixelDensity, Sums, Weights};
 use crate::inference::model::LikelihoodKind;
+use crate::numerics::dispatch::fit_kernel;
 use crate::numerics::real::{LANES, Lanes, Real};
 
 /// What to differentiate a likelihood by.
@@ -62,14 +62,15 @@ pub(crate) fn informations(observation: &Observation, model: &[f64]) -> [Vec<f64
     out
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn inform_pixels(noise: PixelDensity, used: &[bool], model: &[f64], [f, df]: &mut [Vec<f64>; 2]) {
-    for start in (0..model.len()).step_by(LANES) {
-        let used = Lanes::load_flags(used, start);
-        let of_pixels = noise.information(Lanes::load(model, start));
-        let [of_f, of_df] = of_pixels.map(|v| v.unless_below(used, 1.0, 0.0));
-        of_f.store(f, start);
-        of_df.store(df, start);
+fit_kernel! {
+    fn inform_pixels(noise: PixelDensity, used: &[bool], model: &[f64], [f, df]: &mut [Vec<f64>; 2]) {
+        for start in (0..model.len()).step_by(LANES) {
+            let used = Lanes::load_flags(used, start);
+            let of_pixels = noise.information(Lanes::load(model, start));
+            let [of_f, of_df] = of_pixels.map(|v| v.unless_below(used, 1.0, 0.0));
+            of_f.store(f, start);
+            of_df.store(df, start);
+        }
     }
 }
 
@@ -82,15 +83,16 @@ pub(crate) fn combine(lights: &[Vec<f64>], amplitudes: &[f64]) -> Vec<f64> {
     model
 }
 
-/// Σ a·b·w in eight interleaved parts, which stay in SIMD registers.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn weighted_sum(a: &[f64], b: &[f64], w: &[f64]) -> f64 {
-    let mut parts = Lanes::ZERO;
-    for start in (0..a.len()).step_by(LANES) {
-        parts +=
-            Lanes::load_or_zero(a, start) * Lanes::load_or_zero(b, start) * Lanes::load_or_zero(w, start);
+fit_kernel! {
+    /// Σ a·b·w in eight interleaved parts, which stay in SIMD registers.
+    fn weighted_sum(a: &[f64], b: &[f64], w: &[f64]) -> f64 {
+        let mut parts = Lanes::ZERO;
+        for start in (0..a.len()).step_by(LANES) {
+            parts +=
+                Lanes::load_or_zero(a, start) * Lanes::load_or_zero(b, start) * Lanes::load_or_zero(w, start);
+        }
+        parts.sum()
     }
-    parts.sum()
 }
 
 /// ℓ′ and −ℓ″ of every pixel, 0 where it is not used.
@@ -100,15 +102,16 @@ fn expansions(observation: &Observation, model: &[f64]) -> [Vec<f64>; 2] {
     out
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn expand_pixels(observation: &Observation, model: &[f64], [first, curvature]: &mut [Vec<f64>; 2]) {
-    let noise = PixelDensity(observation.noise());
-    for start in (0..model.len()).step_by(LANES) {
-        let used = Lanes::load_flags(&observation.used, start);
-        let (data, model) = (Lanes::load(&observation.data_e_s, start), Lanes::load(model, start));
-        let [of_first, of_curvature] = noise.expand(data, model).map(|v| v.unless_below(used, 1.0, 0.0));
-        of_first.store(first, start);
-        of_curvature.store(curvature, start);
+fit_kernel! {
+    fn expand_pixels(observation: &Observation, model: &[f64], [first, curvature]: &mut [Vec<f64>; 2]) {
+        let noise = PixelDensity(observation.noise());
+        for start in (0..model.len()).step_by(LANES) {
+            let used = Lanes::load_flags(&observation.used, start);
+            let (data, model) = (Lanes::load(&observation.data_e_s, start), Lanes::load(model, start));
+            let [of_first, of_curvature] = noise.expand(data, model).map(|v| v.unless_below(used, 1.0, 0.0));
+            of_first.store(first, start);
+            of_curvature.store(curvature, start);
+        }
     }
 }
 
@@ -254,30 +257,31 @@ fn solved(observation: &Observation, lights: &[Vec<f64>], by: By) -> Option<Imag
     Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood: chi2.value, adjoint })
 }
 
-/// ∂lnL/∂B of [`solved`], from the amplitudes and y = (Σ BBᵀ/v)⁻¹ ∂lnL/∂a: for every one of the `shares` [a, y] that the
-/// model and the residual have in an image.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn adjoin_pixels(
-    observation: &Observation,
-    lights: &[Vec<f64>],
-    (a, y): (&[f64], &[f64]),
-    shares: &[[f64; 2]],
-    adjoint: &mut [Vec<f64>],
-) {
-    let noise = PixelDensity(observation.noise());
-    for start in (0..observation.data_e_s.len()).step_by(LANES) {
-        let data = Lanes::load(&observation.data_e_s, start);
-        let used = Lanes::load_flags(&observation.used, start);
-        let (mut model, mut pulled) = (Lanes::ZERO, Lanes::ZERO);
-        for (light, (a, y)) in lights.iter().zip(a.iter().zip(y)) {
-            let light = Lanes::load(light, start);
-            model += light * *a;
-            pulled += light * *y;
-        }
-        let [_, first, weight] = noise.chi_squared(data, model).map(|v| v.unless_below(used, 1.0, 0.0));
-        let residual = weight * (data - model);
-        for (out, [a, y]) in adjoint.iter_mut().zip(shares) {
-            (first * *a + residual * *y - weight * pulled * *a).store(out, start);
+fit_kernel! {
+    /// ∂lnL/∂B of [`solved`], from the amplitudes and y = (Σ BBᵀ/v)⁻¹ ∂lnL/∂a: for every one of the `shares` [a, y] that the
+    /// model and the residual have in an image.
+    fn adjoin_pixels(
+        observation: &Observation,
+        lights: &[Vec<f64>],
+        (a, y): (&[f64], &[f64]),
+        shares: &[[f64; 2]],
+        adjoint: &mut [Vec<f64>],
+    ) {
+        let noise = PixelDensity(observation.noise());
+        for start in (0..observation.data_e_s.len()).step_by(LANES) {
+            let data = Lanes::load(&observation.data_e_s, start);
+            let used = Lanes::load_flags(&observation.used, start);
+            let (mut model, mut pulled) = (Lanes::ZERO, Lanes::ZERO);
+            for (light, (a, y)) in lights.iter().zip(a.iter().zip(y)) {
+                let light = Lanes::load(light, start);
+                model += light * *a;
+                pulled += light * *y;
+            }
+            let [_, first, weight] = noise.chi_squared(data, model).map(|v| v.unless_below(used, 1.0, 0.0));
+            let residual = weight * (data - model);
+            for (out, [a, y]) in adjoint.iter_mut().zip(shares) {
+                (first * *a + residual * *y - weight * pulled * *a).store(out, start);
+            }
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The noise of pixels and the sums over them that amplitudes are solved with, in one pass over the images.
 
-use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 
 use super::observation::Observation;
 use crate::imaging::Noise;
+use crate::numerics::dispatch::fit_kernel;
 use crate::numerics::elementary::Elementary;
 use crate::numerics::real::{LANES, Lanes, Real};
 
@@ -100,48 +100,49 @@ impl Sums {
     }
 }
 
-/// The value, the vector and the lower half of the matrix of [`Sums`], in one pass over the images.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn sum_pixels(
-    observation: &Observation,
-    lights: &[Vec<f64>],
-    amplitudes: &[f64],
-    weights: Weights,
-    sums: &mut [Lanes],
-) {
-    let noise = PixelDensity(observation.noise());
-    let (value, rest) = sums.split_at_mut(1);
-    let (linear, quadratic) = rest.split_at_mut(lights.len());
-    for start in (0..observation.data_e_s.len()).step_by(LANES) {
-        let data = Lanes::load(&observation.data_e_s, start);
-        let mut model = Lanes::ZERO;
-        for (light, a) in lights.iter().zip(amplitudes) {
-            model += Lanes::load(light, start) * *a;
-        }
-        let weighed = match weights {
-            Weights::Data => {
-                let weight = noise.weight(data);
-                [Lanes::ZERO, data * weight, weight]
+fit_kernel! {
+    /// The value, the vector and the lower half of the matrix of [`Sums`], in one pass over the images.
+    fn sum_pixels(
+        observation: &Observation,
+        lights: &[Vec<f64>],
+        amplitudes: &[f64],
+        weights: Weights,
+        sums: &mut [Lanes],
+    ) {
+        let noise = PixelDensity(observation.noise());
+        let (value, rest) = sums.split_at_mut(1);
+        let (linear, quadratic) = rest.split_at_mut(lights.len());
+        for start in (0..observation.data_e_s.len()).step_by(LANES) {
+            let data = Lanes::load(&observation.data_e_s, start);
+            let mut model = Lanes::ZERO;
+            for (light, a) in lights.iter().zip(amplitudes) {
+                model += Lanes::load(light, start) * *a;
             }
-            Weights::ChiSquared => noise.chi_squared(data, model),
-            Weights::Expansion { with_value } => {
-                let [first, curvature] = noise.expand(data, model);
-                let value = if with_value { noise.log_density(data, model) } else { Lanes::ZERO };
-                [value, first, curvature]
-            }
-            Weights::Information => {
-                [noise.log_density(data, model), Lanes::ZERO, noise.information(model)[0]]
-            }
-        };
-        let used = Lanes::load_flags(&observation.used, start);
-        let [own, first, second] = weighed.map(|v| v.unless_below(used, 1.0, 0.0));
-        value[0] += own;
-        for (i, light) in lights.iter().enumerate() {
-            let light = Lanes::load(light, start);
-            linear[i] += first * light;
-            let scaled = second * light;
-            for (other, sum) in lights.iter().zip(&mut quadratic[i * lights.len()..=i * lights.len() + i]) {
-                *sum += scaled * Lanes::load(other, start);
+            let weighed = match weights {
+                Weights::Data => {
+                    let weight = noise.weight(data);
+                    [Lanes::ZERO, data * weight, weight]
+                }
+                Weights::ChiSquared => noise.chi_squared(data, model),
+                Weights::Expansion { with_value } => {
+                    let [first, curvature] = noise.expand(data, model);
+                    let value = if with_value { noise.log_density(data, model) } else { Lanes::ZERO };
+                    [value, first, curvature]
+                }
+                Weights::Information => {
+                    [noise.log_density(data, model), Lanes::ZERO, noise.information(model)[0]]
+                }
+            };
+            let used = Lanes::load_flags(&observation.used, start);
+            let [own, first, second] = weighed.map(|v| v.unless_below(used, 1.0, 0.0));
+            value[0] += own;
+            for (i, light) in lights.iter().enumerate() {
+                let light = Lanes::load(light, start);
+                linear[i] += first * light;
+                let scaled = second * light;
+                for (other, sum) in lights.iter().zip(&mut quadratic[i * lights.len()..][..=i]) {
+                    *sum += scaled * Lanes::load(other, start);
+                }
             }
         }
     }

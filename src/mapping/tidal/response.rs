@@ -5,14 +5,13 @@
 //! their own way to the lens and on to the source; the full equation then adds a tidal field to that of the haloes:
 //! t + (A_od − 1)θ is where a ray meets the lens, and β = B(α) + (A_os − 1)θ − (A_ds − 1)α.
 
-use multiversion::multiversion;
-
 use super::equation::{Equation, act};
 use super::flexion::FlexionModel;
 use super::kind::LineOfSightKind;
 use super::tensor::Tidal;
 use crate::mapping::{HaloBlock, Rays};
 use crate::numerics::complex::Cx;
+use crate::numerics::dispatch::fit_kernel;
 use crate::numerics::real::{LANES, Lanes};
 use crate::profile::mass::{MOST_PARAMETERS, MassModel, MassProfile, Response};
 
@@ -182,14 +181,16 @@ impl<'a> LensResponse<'a> {
 }
 
 // Compiled once for each instruction set and called once for all lanes.
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn beta(lens: &LensResponse, rays: &Rays, start: usize) -> C {
-    lens.beta_here(rays, start)
+fit_kernel! {
+    fn beta(lens: &LensResponse, rays: &Rays, start: usize) -> C {
+        lens.beta_here(rays, start)
+    }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2+fma", "aarch64+neon"))]
-fn respond(lens: &LensResponse, rays: &Rays, start: usize, by_parameter: &mut [C]) -> C {
-    lens.respond_here(rays, start, by_parameter)
+fit_kernel! {
+    fn respond(lens: &LensResponse, rays: &Rays, start: usize, by_parameter: &mut [C]) -> C {
+        lens.respond_here(rays, start, by_parameter)
+    }
 }
 
 /// What a change of the deflection does to β.

@@ -1,7 +1,8 @@
 //! Which points are nearest to another, in vector lanes: among thousands, in a few dimensions.
 
-use multiversion::multiversion;
 use nalgebra::DVector;
+
+use crate::numerics::dispatch::ray_kernel;
 
 /// The points that can be among the nearest to others about a centre: along a trajectory all are searched only where it leaves
 /// the vicinity (Verlet 1967, Phys. Rev. 159, 98).
@@ -43,51 +44,51 @@ impl Vicinity {
     }
 }
 
-/// The `count` points nearest to x and their squared distances, the nearest first; `points` holds all first coordinates, then
-/// all second ones, and so on.
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-pub(super) fn nearest(points: &[f64], x: &[f64], count: usize) -> Vec<(usize, f64)> {
-    /// Distances taken at once; mostly none of so many is small enough.
-    const TOGETHER: usize = 64;
-    let n = points.len() / x.len();
-    let mut nearest: Vec<(usize, f64)> = Vec::with_capacity(count + 1);
-    let mut farthest = f64::INFINITY;
-    for start in (0..n).step_by(TOGETHER) {
-        let end = (start + TOGETHER).min(n);
-        let mut squared = [0.0; TOGETHER];
-        let squared = &mut squared[..end - start];
+ray_kernel! {
+    /// The `count` points nearest to x and their squared distances, the nearest first; `points` holds all first coordinates, then
+    /// all second ones, and so on.
+    pub(super) fn nearest(points: &[f64], x: &[f64], count: usize) -> Vec<(usize, f64)> {
+        /// Distances taken at once; mostly none of so many is small enough.
+        const TOGETHER: usize = 64;
+        let n = points.len() / x.len();
+        let mut nearest: Vec<(usize, f64)> = Vec::with_capacity(count + 1);
+        let mut farthest = f64::INFINITY;
+        for start in (0..n).step_by(TOGETHER) {
+            let end = (start + TOGETHER).min(n);
+            let mut squared = [0.0; TOGETHER];
+            let squared = &mut squared[..end - start];
+            for (coordinates, x) in points.chunks_exact(n).zip(x) {
+                for (squared, coordinate) in squared.iter_mut().zip(&coordinates[start..end]) {
+                    *squared += (coordinate - x) * (coordinate - x);
+                }
+            }
+            if !squared.iter().fold(false, |any, squared| any | (*squared < farthest)) {
+                continue;
+            }
+            for (i, squared) in (start..).zip(squared.iter().copied()) {
+                if squared < farthest {
+                    nearest.insert(nearest.partition_point(|(_, nearer)| *nearer <= squared), (i, squared));
+                    nearest.truncate(count);
+                    farthest = nearest.get(count - 1).map_or(f64::INFINITY, |last| last.1);
+                }
+            }
+        }
+        nearest
+    }
+}
+
+ray_kernel! {
+    /// The points within a distance of x, `points` as in [`nearest`].
+    fn within(points: &[f64], x: &[f64], squared_distance: f64) -> Vec<usize> {
+        let n = points.len() / x.len();
+        let mut squared = vec![0.0; n];
         for (coordinates, x) in points.chunks_exact(n).zip(x) {
-            for (squared, coordinate) in squared.iter_mut().zip(&coordinates[start..end]) {
+            for (squared, coordinate) in squared.iter_mut().zip(coordinates) {
                 *squared += (coordinate - x) * (coordinate - x);
             }
         }
-        if !squared.iter().fold(false, |any, squared| any | (*squared < farthest)) {
-            continue;
-        }
-        for (i, squared) in (start..).zip(squared.iter().copied()) {
-            if squared < farthest {
-                nearest.insert(nearest.partition_point(|(_, nearer)| *nearer <= squared), (i, squared));
-                nearest.truncate(count);
-                farthest = nearest.get(count - 1).map_or(f64::INFINITY, |last| last.1);
-            }
-        }
+        (0..n).filter(|i| squared[*i] < squared_distance).collect()
     }
-    nearest
-}
-
-/// The points within a distance of x, `points` as in [`nearest`].
-#[allow(unsafe_code, reason = "the dispatcher that `multiversion` generates")]
-#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn within(points: &[f64], x: &[f64], squared_distance: f64) -> Vec<usize> {
-    let n = points.len() / x.len();
-    let mut squared = vec![0.0; n];
-    for (coordinates, x) in points.chunks_exact(n).zip(x) {
-        for (squared, coordinate) in squared.iter_mut().zip(coordinates) {
-            *squared += (coordinate - x) * (coordinate - x);
-        }
-    }
-    (0..n).filter(|i| squared[*i] < squared_distance).collect()
 }
 
 #[cfg(test)]
