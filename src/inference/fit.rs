@@ -90,8 +90,22 @@ impl Fit {
         store: &mut dyn FitStore,
         monitor: &dyn Monitor,
     ) -> Result<Self> {
-        let mut likelihood = ImageLikelihood::new(observation, model, settings.likelihood, monitor)?;
+        let likelihood = ImageLikelihood::new(observation, model, settings.likelihood, monitor)?;
         let mut state = FitState::load(store, &likelihood, &settings)?;
+        let fit = Self::go_on(likelihood, settings, &mut state, store, monitor);
+        if matches!(fit, Err(Error::Cancelled)) {
+            store.stop(&state)?;
+        }
+        fit
+    }
+
+    fn go_on(
+        mut likelihood: ImageLikelihood,
+        settings: FitSettings,
+        state: &mut FitState,
+        store: &mut dyn FitStore,
+        monitor: &dyn Monitor,
+    ) -> Result<Self> {
         let (start, evaluations) = state.start(&mut likelihood, &settings, store, monitor)?;
         let quantities = |z: &[f64]| quantities(likelihood.model(), z);
         let task = monitor.task("sampling", None);
@@ -113,7 +127,7 @@ impl Fit {
                     run.advance(&likelihood, monitor)?;
                 }
             }
-            store.save(&state)?;
+            store.save(state)?;
         };
         Self::summarise(likelihood, settings, (start, evaluations), &run, status, monitor)
     }

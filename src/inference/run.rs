@@ -138,15 +138,19 @@ impl SamplerRun {
     /// Computes the next block.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`]: the block is spoilt, and with it this run; one that was saved before it can be continued.
+    /// [`crate::Error::Cancelled`], after which the run is as it was before the block.
     pub fn advance(&mut self, likelihood: &dyn LatentLikelihood, monitor: &dyn Monitor) -> Result<()> {
         let counter = Counter::new(monitor);
-        let before = self.chains.draws();
-        self.block += 1;
+        let (before, draws) = ((self.sampler.clone(), self.chains.clone()), self.chains.draws());
         let sampler = self.sampler.sampler_mut();
-        sampler.advance(&counter.watch(likelihood), self.seed, self.block, &mut self.chains);
-        self.evaluations += counter.evaluations()?;
-        if self.chains.draws() < before {
+        sampler.advance(&counter.watch(likelihood), self.seed, self.block + 1, &mut self.chains);
+        let evaluations = counter.evaluations();
+        if evaluations.is_err() {
+            (self.sampler, self.chains) = before;
+        }
+        self.evaluations += evaluations?;
+        self.block += 1;
+        if self.chains.draws() < draws {
             self.values.clear();
         }
         Ok(())

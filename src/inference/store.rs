@@ -36,6 +36,14 @@ pub trait FitStore {
     /// # Errors
     /// A failed write, which ends the fit.
     fn save(&mut self, state: &FitState) -> Result<()>;
+
+    /// The fit is cancelled, at the state that `save` was last told of or hardly beyond.
+    ///
+    /// # Errors
+    /// A failed write.
+    fn stop(&mut self, _: &FitState) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// Keeps nothing.

@@ -212,6 +212,8 @@ struct SavedFit {
     before: f64,
     start: Instant,
     next_save: Instant,
+    /// Whether the fit has gone on since it was saved.
+    is_behind: bool,
 }
 
 impl SavedFit {
@@ -219,7 +221,7 @@ impl SavedFit {
         let name = output.file_name().map_or_else(|| "fit".into(), |name| name.to_string_lossy());
         let (path, now) = (output.with_file_name(format!(".{name}.haloray-fit")), Instant::now());
         bars.keeps("the state of the fit", &path);
-        Self { path, command, before: 0.0, start: now, next_save: now }
+        Self { path, command, before: 0.0, start: now, next_save: now, is_behind: false }
     }
 
     /// Seconds of all attempts.
@@ -256,9 +258,17 @@ impl FitStore for SavedFit {
         /// Seconds of computing for one of saving the state, which grows with the draws.
         const COMPUTED_PER_SAVED: u32 = 20;
         let now = Instant::now();
-        if now >= self.next_save {
+        self.is_behind = now < self.next_save;
+        if !self.is_behind {
             write_checkpoint(&self.path, &self.command, &(state, self.seconds()))?;
             self.next_save = Instant::now() + now.elapsed() * COMPUTED_PER_SAVED;
+        }
+        Ok(())
+    }
+
+    fn stop(&mut self, state: &FitState) -> Result<()> {
+        if self.is_behind {
+            write_checkpoint(&self.path, &self.command, &(state, self.seconds()))?;
         }
         Ok(())
     }
