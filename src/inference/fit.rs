@@ -94,7 +94,7 @@ impl Fit {
         let mut state = FitState::load(store, &likelihood, &settings)?;
         let fit = Self::go_on(likelihood, settings, &mut state, store, monitor);
         if matches!(fit, Err(Error::Cancelled)) {
-            store.stop(&state)?;
+            store.save(&state)?;
         }
         fit
     }

@@ -31,19 +31,11 @@ pub trait FitStore {
     /// What was loaded is of another fit, which therefore begins anew.
     fn refuse(&mut self) {}
 
-    /// Told after every step of the fit; may leave some out.
+    /// Told after every step of the fit, and once more when it is cancelled; may leave some out.
     ///
     /// # Errors
     /// A failed write, which ends the fit.
     fn save(&mut self, state: &FitState) -> Result<()>;
-
-    /// The fit is cancelled, at the state that `save` was last told of or hardly beyond.
-    ///
-    /// # Errors
-    /// A failed write.
-    fn stop(&mut self, _: &FitState) -> Result<()> {
-        Ok(())
-    }
 }
 
 /// Keeps nothing.

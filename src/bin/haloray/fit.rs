@@ -205,7 +205,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
 }
 
 /// The state of an unfinished fit, hidden beside its folder.
-struct SavedFit {
+struct SavedFit<'a> {
+    bars: &'a Bars,
     path: PathBuf,
     command: String,
     /// Seconds of earlier attempts.
@@ -216,12 +217,12 @@ struct SavedFit {
     is_behind: bool,
 }
 
-impl SavedFit {
-    fn beside(output: &Path, command: String, bars: &Bars) -> Self {
+impl<'a> SavedFit<'a> {
+    fn beside(output: &Path, command: String, bars: &'a Bars) -> Self {
         let name = output.file_name().map_or_else(|| "fit".into(), |name| name.to_string_lossy());
         let (path, now) = (output.with_file_name(format!(".{name}.haloray-fit")), Instant::now());
         bars.keeps("the state of the fit", &path);
-        Self { path, command, before: 0.0, start: now, next_save: now, is_behind: false }
+        Self { bars, path, command, before: 0.0, start: now, next_save: now, is_behind: false }
     }
 
     /// Seconds of all attempts.
@@ -234,7 +235,7 @@ impl SavedFit {
     }
 }
 
-impl FitStore for SavedFit {
+impl FitStore for SavedFit<'_> {
     fn load(&mut self) -> Result<Option<FitState>> {
         match read_checkpoint(&self.path, &self.command)? {
             Saved::Nothing => Ok(None),
@@ -258,17 +259,11 @@ impl FitStore for SavedFit {
         /// Seconds of computing for one of saving the state, which grows with the draws.
         const COMPUTED_PER_SAVED: u32 = 20;
         let now = Instant::now();
-        self.is_behind = now < self.next_save;
-        if !self.is_behind {
+        let is_due = if self.bars.is_cancelled() { self.is_behind } else { now >= self.next_save };
+        self.is_behind = !is_due;
+        if is_due {
             write_checkpoint(&self.path, &self.command, &(state, self.seconds()))?;
             self.next_save = Instant::now() + now.elapsed() * COMPUTED_PER_SAVED;
-        }
-        Ok(())
-    }
-
-    fn stop(&mut self, state: &FitState) -> Result<()> {
-        if self.is_behind {
-            write_checkpoint(&self.path, &self.command, &(state, self.seconds()))?;
         }
         Ok(())
     }

@@ -33,10 +33,6 @@ impl Diemer15 {
 }
 
 impl ConcentrationRelation for Diemer15 {
-    fn name(&self) -> &'static str {
-        "diemer15"
-    }
-
     fn concentration(&self, linear: &LinearTheory, mass_msun: f64, z: f64) -> f64 {
         let n = linear.smooth_power_slope(mass_msun, KAPPA);
         let c_min = PHI[0] + PHI[1] * n;

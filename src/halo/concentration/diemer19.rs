@@ -27,7 +27,6 @@ const LN_C_TOLERANCE: f64 = 1e-12;
 /// the minimum of G, so that the root on the rising branch always exists.
 #[derive(Debug, Clone, Copy)]
 pub struct Diemer19 {
-    name: &'static str,
     parameters: [f64; 6],
 }
 
@@ -35,21 +34,17 @@ impl Diemer19 {
     /// The median relation; errors unless `definition` is 200c.
     pub fn median(definition: MassDefinition) -> Result<Self> {
         require_200c("diemer19", definition)?;
-        Ok(Self { name: "diemer19", parameters: MEDIAN })
+        Ok(Self { parameters: MEDIAN })
     }
 
     /// The mean relation; errors unless `definition` is 200c.
     pub fn mean(definition: MassDefinition) -> Result<Self> {
         require_200c("diemer19-mean", definition)?;
-        Ok(Self { name: "diemer19-mean", parameters: MEAN })
+        Ok(Self { parameters: MEAN })
     }
 }
 
 impl ConcentrationRelation for Diemer19 {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
     fn concentration(&self, linear: &LinearTheory, mass_msun: f64, z: f64) -> f64 {
         let [kappa, a0, a1, b0, b1, c_alpha] = self.parameters;
         let n = -2.0 * linear.dlnsigma_dlnr(mass_msun * kappa.powi(3)) - 3.0;

@@ -39,10 +39,6 @@ impl Duffy08 {
 }
 
 impl ConcentrationRelation for Duffy08 {
-    fn name(&self) -> &'static str {
-        "duffy08"
-    }
-
     fn concentration(&self, linear: &LinearTheory, mass_msun: f64, z: f64) -> f64 {
         let mass_ratio = mass_msun * linear.unit_h() / PIVOT_MSUN_PER_H;
         self.amplitude * mass_ratio.powf(self.mass_exponent) * (1.0 + z).powf(self.redshift_exponent)

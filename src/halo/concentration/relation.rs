@@ -6,9 +6,6 @@ use crate::halo::MassDefinition;
 
 /// A published concentration–mass relation, bound to a mass definition.
 pub trait ConcentrationRelation: Send + Sync {
-    /// Name as in the literature and in the configuration, e.g. "diemer19".
-    fn name(&self) -> &'static str;
-
     /// c = R/r_s of haloes of `mass_msun` at `z`, R in the definition the relation was built with.
     ///
     /// No h-factor is applied to c. NaN outside the mass range of [`LinearTheory`].
