@@ -51,6 +51,12 @@ impl MassDefinition {
         }
     }
 
+    /// Refuses every definition but `allowed`, for a published relation.
+    pub(super) fn must_be(self, allowed: &'static str, relation: &'static str) -> Result<()> {
+        let given = self.to_string();
+        if given == allowed { Ok(()) } else { Err(Error::MassDefinition { relation, given, allowed }) }
+    }
+
     /// Overdensity with respect to the mean matter density at `z`; `None` for friends of friends.
     pub fn mean_overdensity(&self, background: &Background, z: f64) -> Option<f64> {
         if let Self::Mean(overdensity) = self {

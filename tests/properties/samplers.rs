@@ -1,12 +1,15 @@
 //! Samplers on posteriors with known answers: moments, evidence, agreement, threads, interruption.
 
+use std::sync::atomic::{AtomicI64, Ordering};
+
 use crate::targets::{Banana, Gorge, Moments, Normal, Nowhere, PEAK, Truncated, TwoPeaks, by_quadrature};
+use haloray::Error;
 use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, Problem, SamplerSettings, StretchSettings,
     ValleySettings,
 };
 use haloray::inference::{LatentLikelihood, RunStatus, SamplerRun};
-use haloray::monitor::Silent;
+use haloray::monitor::{Monitor, Silent};
 
 /// A run to its end, with more effective draws than convergence needs, of every z and of its square about `centre`.
 pub fn run(
@@ -229,6 +232,34 @@ fn a_run_that_was_saved_and_continued_has_the_same_bytes() {
             run.finish(&Banana, &|z| z.to_vec(), &Silent).unwrap();
         }
         assert!(whole.chains().draws() > 100 && whole == broken);
+    }
+}
+
+/// Stops work once it has been asked so many times whether to.
+struct StopsAfter(AtomicI64);
+
+impl Monitor for StopsAfter {
+    fn begin(&self, _: &str, _: Option<u64>) {}
+    fn advance(&self, _: u64) {}
+    fn tell(&self, _: &str) {}
+    fn end(&self) {}
+    fn is_cancelled(&self) -> bool {
+        self.0.fetch_sub(1, Ordering::Relaxed) <= 0
+    }
+}
+
+#[test]
+fn a_run_stopped_within_a_block_is_as_it_was_before() {
+    let starts = [vec![0.3, 0.1]];
+    let problem = Problem { likelihood: &Banana, starts: &starts, metric: None };
+    for settings in all_samplers() {
+        let mut run = SamplerRun::start(&settings, 5, &problem, &Silent).unwrap();
+        for _ in 0..5 {
+            run.advance(&Banana, &Silent).unwrap();
+            let before = run.clone();
+            let stopped = run.advance(&Banana, &StopsAfter(AtomicI64::new(20)));
+            assert!(matches!(stopped, Err(Error::Cancelled)) && run == before);
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Diemer & Kravtsov 2015 concentration–mass relation, with the parameters updated in 2019.
 
-use super::relation::{ConcentrationRelation, require_200c};
+use super::ConcentrationRelation;
 use crate::cosmology::LinearTheory;
 use crate::error::Result;
 use crate::halo::MassDefinition;
@@ -27,7 +27,7 @@ pub struct Diemer15;
 impl Diemer15 {
     /// Errors unless `definition` is 200c.
     pub fn new(definition: MassDefinition) -> Result<Self> {
-        require_200c("diemer15", definition)?;
+        definition.must_be("200c", "diemer15")?;
         Ok(Self)
     }
 }

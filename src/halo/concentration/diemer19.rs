@@ -1,6 +1,6 @@
 //! Diemer & Joyce 2019 concentration–mass relation.
 
-use super::relation::{ConcentrationRelation, require_200c};
+use super::ConcentrationRelation;
 use crate::cosmology::LinearTheory;
 use crate::error::Result;
 use crate::halo::MassDefinition;
@@ -33,13 +33,13 @@ pub struct Diemer19 {
 impl Diemer19 {
     /// The median relation; errors unless `definition` is 200c.
     pub fn median(definition: MassDefinition) -> Result<Self> {
-        require_200c("diemer19", definition)?;
+        definition.must_be("200c", "diemer19")?;
         Ok(Self { parameters: MEDIAN })
     }
 
     /// The mean relation; errors unless `definition` is 200c.
     pub fn mean(definition: MassDefinition) -> Result<Self> {
-        require_200c("diemer19-mean", definition)?;
+        definition.must_be("200c", "diemer19-mean")?;
         Ok(Self { parameters: MEAN })
     }
 }

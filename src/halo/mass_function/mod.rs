@@ -63,6 +63,17 @@ impl MassFunctionModel {
 mod tests {
     use super::*;
     use crate::error::Error;
+    use crate::numerics::quadrature::integrate;
+
+    #[test]
+    fn all_mass_is_in_haloes() {
+        let fraction = |relation: &dyn MassFunction, ln_sigma_max, panels| {
+            integrate(-4.0, ln_sigma_max, panels, |ln_sigma| relation.multiplicity(ln_sigma.exp(), 0.5))
+        };
+        assert!((fraction(&Press74, 20.0, 40) - 1.0).abs() < 1e-8);
+        // The normalisation is published with four digits.
+        assert!((fraction(&Sheth99, 60.0, 100) - 1.0).abs() < 2e-4);
+    }
 
     #[test]
     fn every_model_has_one_name_in_files_and_in_code() {

@@ -1,8 +1,6 @@
 //! What a halo mass function is.
 
 use crate::cosmology::LinearTheory;
-use crate::error::{Error, Result};
-use crate::halo::MassDefinition;
 
 /// A published multiplicity function, bound to a mass definition it was calibrated for.
 pub trait MassFunction: Send + Sync {
@@ -18,13 +16,5 @@ pub trait MassFunction: Send + Sync {
     fn dn_dlnm_per_cmpc3(&self, linear: &LinearTheory, mass_msun: f64, z: f64) -> f64 {
         self.multiplicity(linear.sigma(mass_msun, z), z) * linear.mean_matter_density_msun_mpc3() / mass_msun
             * -linear.dlnsigma_dlnm(mass_msun)
-    }
-}
-
-/// Refuses every definition but friends of friends.
-pub(super) fn require_friends_of_friends(relation: &'static str, definition: MassDefinition) -> Result<()> {
-    match definition {
-        MassDefinition::FriendsOfFriends => Ok(()),
-        _ => Err(Error::MassDefinition { relation, given: definition.to_string(), allowed: "fof" }),
     }
 }
