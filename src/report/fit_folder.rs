@@ -42,6 +42,9 @@ pub struct FitSummary {
     /// Standard deviation of ln Z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log_evidence_error: Option<f64>,
+    /// Where the line of sight is made of haloes: largest difference of β from that of rays traced through them, arcsec.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expansion_error_arcsec: Option<f64>,
     /// Evaluations of the likelihood or its gradient, start included.
     pub evaluations: u64,
     /// Seconds the fit took; the only number that differs from run to run.
@@ -72,6 +75,7 @@ impl FitSummary {
             log_likelihood: fit.image.log_likelihood,
             log_evidence: fit.evidence.as_ref().map(|e| e.log_evidence),
             log_evidence_error: fit.evidence.as_ref().map(|e| e.log_evidence_error),
+            expansion_error_arcsec: fit.expansion_error_arcsec,
             evaluations: fit.evaluations,
             seconds,
             samples_of_brightness: fit.likelihood.mesh().samples(),

@@ -90,7 +90,7 @@ fn a_fit_goes_on_to_the_effective_size_that_is_wanted() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(summary(&folder, "fit")["worst_ess"].as_f64().unwrap() > 2500.0);
     let arguments = "fit image.fits --model small.toml -o other --min-ess 300";
-    folder.check_failure(2, &folder.haloray(arguments), arguments, &["min_ess is 300", "400 or more"]);
+    folder.check_failure(2, &folder.haloray(arguments), arguments, &["--min-ess is 300", "at least 400"]);
 }
 
 #[test]

@@ -13,3 +13,4 @@ mod lens;
 mod runs;
 mod stopped;
 mod tables;
+mod through_haloes;

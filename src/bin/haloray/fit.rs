@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use haloray::error::FileFault;
+use haloray::error::{Domain, FileFault};
 use haloray::imaging::PixelSampling;
 use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::model::{BUILT_IN, CompiledModel, LikelihoodKind, ModelDescription};
+use haloray::inference::model::{BUILT_IN, LikelihoodKind, ModelDescription};
 use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
@@ -22,6 +22,7 @@ use haloray::{Error, Result};
 use crate::bars::Bars;
 use crate::output::print_files;
 use crate::terminal::{print, warn};
+use crate::through_haloes::{choose_table, compile};
 
 /// Fit a lensed image: the posterior of a lens, its line of sight and its source.
 ///
@@ -32,7 +33,8 @@ use crate::terminal::{print, warn};
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  haloray fit --list\n  haloray fit image.fits --model simple-minimal -o fit\n  \
-                  haloray fit image.fits --model my.toml --sampler nested -o evidence\n\n\
+                  haloray fit image.fits --model my.toml --sampler nested -o evidence\n  \
+                  haloray fit run/image_all_haloes.fits --model haloes --haloes run/run.h5 -o closure\n\n\
                   Exit code 1 if the posterior has not converged (R-hat < 1.01 and ESS > 400 for every quantity)."
 )]
 pub struct Args {
@@ -42,6 +44,9 @@ pub struct Args {
     /// A built-in model (see --list), or a file ending in .toml.
     #[arg(long, value_name = "NAME|MODEL.toml", required_unless_present = "list")]
     model: Option<String>,
+    /// Halo table of a model whose line of sight is made of haloes (.csv, .h5, .fits, or the run.h5 of a simulation).
+    #[arg(long, value_name = "FILE")]
+    haloes: Option<PathBuf>,
     /// Explain the built-in models and stop; with --model, print that model as TOML.
     #[arg(long)]
     list: bool,
@@ -171,6 +176,10 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         };
     }
     let sampling = args.pixel_sampling.map(PixelSampling::from);
+    choose_table(&mut description, args.haloes.as_deref(), args.model.as_deref())?;
+    Domain::at_least(ESS_LIMIT)
+        .check("min_ess", args.min_ess)
+        .map_err(|e| e.named("min_ess", "--min-ess"))?;
     let (observation, keywords) = read_observation(image)?;
     let pixel_sampling = description.sampling(sampling.or(keywords.pixel_sampling));
     description.pixel_sampling = Some(pixel_sampling);
@@ -181,16 +190,21 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         min_ess: args.min_ess,
         seed: args.seed,
     };
-    let model = CompiledModel::new(&description).map_err(|error| error.in_model(&description.name))?;
+    let model = compile(&description, &keywords)?;
     let truths = args.truth.as_deref().map_or(Ok(Vec::new()), read_truths)?;
     let provenance = Provenance::new(Some(args.seed), toml_of(&description));
     let staging = Staging::begin(output)?;
 
-    let command = format!("{settings:?}\n{}\n{}", provenance.config_toml, fingerprint(image)?);
+    let mut inputs = fingerprint(image)?;
+    if let Some(table) = &description.line_of_sight.file {
+        inputs += &fingerprint(table)?;
+    }
+    let command = format!("{settings:?}\n{}\n{inputs}", provenance.config_toml);
     let mut saved = SavedFit::beside(output, command, bars);
     let monitor: &dyn Monitor = bars;
     let task = monitor.task(&description.name, None);
-    let fit = Fit::run(observation, model, settings, &mut saved, monitor)?;
+    let fit = Fit::run(observation, model, settings, &mut saved, monitor)
+        .map_err(|error| error.in_model(&description.name))?;
     drop(task);
     let summary = FitSummary::of(&fit, &description.name, saved.seconds());
     write_fit(&fit, &summary, &truths, &staging, "", &provenance)?;

@@ -23,6 +23,7 @@ mod simulate;
 mod study;
 mod summary;
 mod terminal;
+mod through_haloes;
 mod trace;
 
 use std::io::Write;

@@ -1,6 +1,6 @@
 //! The closed list of mass profiles.
 
-use super::profile::{deflect_lanes, respond_lanes};
+use super::profile::{MOST_PARAMETERS, deflect_each_lane, deflect_lanes, respond_each_lane, respond_lanes};
 use super::{
     BoxyEpl, Described, Epl, External, MassProfile, Nfw, PointMass, PolarShear, Response, SersicMass,
     TruncatedNfw,
@@ -9,9 +9,10 @@ use crate::numerics::complex::Cx;
 use crate::numerics::real::{Lanes, Real};
 use crate::profile::parameter::{Description, Parameter};
 
-/// The closed list of mass profiles: each line makes a model of [`MassModel`] and an entry of the registry.
+/// The closed list of mass profiles: each line makes a model of [`MassModel`] and an entry of the registry, and says which
+/// functions evaluate it in lanes.
 macro_rules! mass_models {
-    ($($(#[$doc:meta])* $model:ident($profile:ty),)*) => {
+    ($($(#[$doc:meta])* $model:ident($profile:ty): $deflect:ident, $respond:ident;)*) => {
         /// Every mass profile that can stand in a lens plane.
         #[derive(Debug, Clone)]
         pub enum MassModel {
@@ -33,12 +34,12 @@ macro_rules! mass_models {
 
             /// Deflection in every lane.
             pub(crate) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
-                match self { $(Self::$model(profile) => deflect_lanes(profile, &x, &y),)* }
+                match self { $(Self::$model(profile) => $deflect(profile, &x, &y),)* }
             }
 
             /// Deflection, convergence, shear and parameter derivatives in every lane.
             pub(crate) fn response_lanes(&self, x: Lanes, y: Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
-                match self { $(Self::$model(profile) => respond_lanes(profile, &x, &y, by_parameter),)* }
+                match self { $(Self::$model(profile) => $respond(profile, &x, &y, by_parameter),)* }
             }
         }
 
@@ -72,31 +73,28 @@ macro_rules! mass_models {
 
 mass_models! {
     /// Elliptical power law.
-    Epl(Epl),
+    Epl(Epl): deflect_lanes, respond_lanes;
     /// Elliptical power law with boxy or disky contours.
-    BoxyEpl(BoxyEpl),
+    BoxyEpl(BoxyEpl): deflect_each_lane, respond_each_lane;
     /// Navarro–Frenk–White halo.
-    Nfw(Nfw),
+    Nfw(Nfw): deflect_lanes, respond_lanes;
     /// Truncated NFW halo.
-    TruncatedNfw(TruncatedNfw),
+    TruncatedNfw(TruncatedNfw): deflect_each_lane, respond_each_lane;
     /// Sérsic profile of the convergence.
-    Sersic(SersicMass),
+    Sersic(SersicMass): deflect_lanes, respond_lanes;
     /// Point mass.
-    PointMass(PointMass),
+    PointMass(PointMass): deflect_each_lane, respond_each_lane;
     /// Convergence, shear and flexion from outside.
-    External(External),
+    External(External): deflect_each_lane, respond_each_lane;
     /// Shear from outside by strength and direction.
-    PolarShear(PolarShear),
+    PolarShear(PolarShear): deflect_each_lane, respond_each_lane;
 }
 
-/// The most parameters a profile has.
-pub(crate) const MOST_PARAMETERS: usize = {
-    let (mut most, mut i) = (0, 0);
+// Every profile has room for its parameters.
+const _: () = {
+    let mut i = 0;
     while i < MASSES.len() {
-        if MASSES[i].parameters.len() > most {
-            most = MASSES[i].parameters.len();
-        }
+        assert!(MASSES[i].parameters.len() <= MOST_PARAMETERS);
         i += 1;
     }
-    most
 };

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::numerics::complex::Cx;
 use crate::numerics::dispatch::fit_kernel;
-use crate::numerics::real::{Lanes, Real};
+use crate::numerics::real::{LANES, Lanes, Real};
 use crate::profile::parameter::{Name, Parameter};
 
 /// A thin lens in angular units, its deflection reduced to one source.
@@ -82,7 +82,7 @@ impl<R: Real> Response<R> {
     }
 }
 
-// Compiled once for each profile and instruction set, and called once for all lanes.
+// Compiled once for each instruction set and profile that fits are fast for, and called once for all lanes.
 fit_kernel! {
     pub(super) fn deflect_lanes<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
         lens.deflect(*x, *y)
@@ -99,3 +99,36 @@ fit_kernel! {
         lens.respond(*x, *y, by_parameter)
     }
 }
+
+/// Lane by lane, with the same bits: for profiles that are not worth the time of compiling them for every instruction set.
+pub(super) fn deflect_each_lane<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
+    let mut alpha = Cx::<Lanes>::zero();
+    for i in 0..LANES {
+        [alpha.re.0[i], alpha.im.0[i]] = lens.deflection(x.0[i], y.0[i]);
+    }
+    alpha
+}
+
+/// As [`deflect_each_lane`].
+pub(super) fn respond_each_lane<P: MassProfile>(
+    lens: &P,
+    x: &Lanes,
+    y: &Lanes,
+    by_parameter: &mut [Cx<Lanes>],
+) -> Response<Lanes> {
+    let mut all = Response { deflection: Cx::zero(), convergence: Lanes::ZERO, shear: Cx::zero() };
+    let mut own = [Cx::zero(); MOST_PARAMETERS];
+    let own = &mut own[..by_parameter.len()];
+    for i in 0..LANES {
+        let response = lens.respond(x.0[i], y.0[i], own);
+        all.convergence.0[i] = response.convergence;
+        let columns = [&mut all.deflection, &mut all.shear].into_iter().chain(&mut *by_parameter);
+        for (column, own) in columns.zip([response.deflection, response.shear].iter().chain(&*own)) {
+            (column.re.0[i], column.im.0[i]) = (own.re, own.im);
+        }
+    }
+    all
+}
+
+/// Room for the parameters of any profile.
+pub(crate) const MOST_PARAMETERS: usize = 9;

@@ -275,8 +275,8 @@ mod tests {
         assert!((value + 1.7 * 1.7 + 0.125 + 0.34).abs() < 1e-3, "{value}");
         assert!((slope - DVector::from_vec(vec![-3.4 - 0.2, 0.5])).amax() < 1e-3);
         assert!((surrogate.x(&surrogate.s(&x)) - &x).amax() < 1e-15);
-        let text = serde_json::to_string(&surrogate).unwrap();
-        assert_eq!(serde_json::from_str::<Surrogate>(&text).unwrap(), surrogate);
+        let bytes = postcard::to_allocvec(&surrogate).unwrap();
+        assert_eq!(postcard::from_bytes::<Surrogate>(&bytes).unwrap(), surrogate);
     }
 
     #[test]
