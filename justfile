@@ -85,6 +85,11 @@ calibration:
     cargo run --release -- study calibration -n 200 --seed 1 -o calibration
     python3 data/oracle/page.py docs/CALIBRATION.md "haloray study calibration -n 200 --seed 1 -o calibration" calibration/result.md
 
+# images of simulations fitted through their own haloes, an hour; writes docs/CLOSURE.md
+closure:
+    cargo build --release
+    python3 data/oracle/closure.py --binary target/release/haloray --folder target/closure --summary docs/CLOSURE.md
+
 # do blind starts find the truth? 100 images around Table 1 under flat priors; writes docs/BLIND_STARTS.md
 blind-starts:
     cargo run --release --example blind_starts | python3 data/oracle/page.py docs/BLIND_STARTS.md "just blind-starts"

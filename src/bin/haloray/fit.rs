@@ -203,8 +203,13 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let mut saved = SavedFit::beside(output, command, bars);
     let monitor: &dyn Monitor = bars;
     let task = monitor.task(&description.name, None);
-    let fit = Fit::run(observation, model, settings, &mut saved, monitor)
-        .map_err(|error| error.in_model(&description.name))?;
+    let fit = Fit::run(observation, model, settings, &mut saved, monitor).map_err(|error| {
+        // What cannot be fitted has no state worth keeping.
+        if error.is_bad_input() {
+            let _ = std::fs::remove_file(&saved.path);
+        }
+        error.in_model(&description.name)
+    })?;
     drop(task);
     let summary = FitSummary::of(&fit, &description.name, saved.seconds());
     write_fit(&fit, &summary, &truths, &staging, "", &provenance)?;
