@@ -15,19 +15,38 @@ pub(super) struct Kick {
     pub u: f64,
 }
 
+/// What is kicked. A trait, since closures are not always compiled into their caller and for its instruction set.
+pub(super) trait Kicked {
+    /// Ray `i` meets a plane with f·H (xx, xy, yy) and, in second order, f·T (xxx, xxy, xyy, yyy).
+    fn distort(&mut self, i: usize, h: [f64; 3], t: [f64; 4]);
+    /// Ray `i` is kicked, after [`Self::distort`].
+    fn turn(&mut self, i: usize, kick: Kick);
+}
+
+impl<D: FnMut(usize, [f64; 3], [f64; 4]), T: FnMut(usize, Kick)> Kicked for (D, T) {
+    #[inline(always)]
+    fn distort(&mut self, i: usize, h: [f64; 3], t: [f64; 4]) {
+        self.0(i, h, t);
+    }
+
+    #[inline(always)]
+    fn turn(&mut self, i: usize, kick: Kick) {
+        self.1(i, kick);
+    }
+}
+
 impl Plane {
     /// Kicks of `N` rays that go together and meet the plane in the directions θ = `per_x`·`x`: comoving positions and
     /// 1/χ, or directions and 1.
     ///
-    /// From `ORDER` 1 on `distort` is given f·H (xx, xy, yy) and f·T (xxx, xxy, xyy, yyy; from 2 on) of every ray by its
-    /// number, before `turn` is given its kick. The loops are branch-free where all rays lie in one regime of u.
+    /// From `ORDER` 1 on all are distorted before they are turned. The loops are branch-free where all rays lie in one
+    /// regime of u.
     #[inline(always)]
     pub fn kick<const ORDER: usize, const N: usize>(
         &self,
         x: &[[f64; N]; 2],
         per_x: f64,
-        mut distort: impl FnMut(usize, [f64; 3], [f64; 4]),
-        mut turn: impl FnMut(usize, Kick),
+        mut rays: impl Kicked,
     ) {
         let (mut tx, mut ty, mut u) = ([0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
@@ -44,21 +63,21 @@ impl Plane {
                 let radial = RadialDerivatives { k: self.fk, m: m[i], p1: p1[i], p2: p2[i] };
                 let [xx, xy, yy] = radial.hessian(n);
                 let third = if ORDER >= 2 { radial.third_derivatives(n, inv_r) } else { [0.0; 4] };
-                distort(i, [xx - self.f_sheet, xy, yy - self.f_sheet], third);
+                rays.distort(i, [xx - self.f_sheet, xy, yy - self.f_sheet], third);
             }
         }
         let sheet = self.f_sheet * per_x;
         for i in 0..N {
             let fkm = self.fk * m[i];
             let f_alpha_arcsec = [fkm * tx[i] - sheet * x[0][i], fkm * ty[i] - sheet * x[1][i]];
-            turn(i, Kick { f_alpha_arcsec, fkm, u: u[i] });
+            rays.turn(i, Kick { f_alpha_arcsec, fkm, u: u[i] });
         }
     }
 
     /// f·H (xx, xy, yy) in one direction.
     pub fn hessian(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let mut hessian = [0.0; 3];
-        self.kick::<1, 1>(&[[x], [y]], 1.0, |_, h, _| hessian = h, |_, _| ());
+        self.kick::<1, 1>(&[[x], [y]], 1.0, (|_, h, _| hessian = h, |_, _| ()));
         hessian
     }
 

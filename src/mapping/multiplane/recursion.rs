@@ -4,6 +4,7 @@
 //! x ← x + Δχ·s, s ← s − f·α; X ← X + Δχ·S, S ← S − (f/χ)·H·X;
 //! X₂ ← X₂ + Δχ·S₂, S₂ ← S₂ − (f/χ)[H·X₂ + T:(X,X)/χ].
 
+use super::kick::{Kick, Kicked};
 use super::plane::{LensPlane, Plane};
 use crate::mapping::RayBundle;
 use crate::numerics::dispatch::ray_kernel;
@@ -22,13 +23,19 @@ pub(super) struct RayBlock {
     /// Position x (Mpc·arcsec) and slope s (arcsec).
     pub x: [Lanes; 2],
     pub s: [Lanes; 2],
+    pub by_theta: Derivatives,
+    pub chi_cmpc: f64,
+}
+
+/// Derivatives of positions and slopes; in one place, so that the compiler sees that its columns do not overlap.
+#[repr(C, align(64))]
+pub(super) struct Derivatives {
     /// First derivatives (xx, xy, yx, yy).
     pub dx: [Lanes; 4],
     pub ds: [Lanes; 4],
     /// Second derivatives (xxx, xxy, xyy, yxx, yxy, yyy).
     pub d2x: [Lanes; 6],
     pub d2s: [Lanes; 6],
-    pub chi_cmpc: f64,
 }
 
 /// Index pairs (j, k) of the three second derivatives of one component.
@@ -53,10 +60,12 @@ impl RayBlock {
             chi_cmpc,
             x: [[0.0; BLOCK]; 2],
             s: [[0.0; BLOCK]; 2],
-            dx: [[0.0; BLOCK]; 4],
-            ds: [[1.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]],
-            d2x: [[0.0; BLOCK]; 6],
-            d2s: [[0.0; BLOCK]; 6],
+            by_theta: Derivatives {
+                dx: [[0.0; BLOCK]; 4],
+                ds: [[1.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]],
+                d2x: [[0.0; BLOCK]; 6],
+                d2s: [[0.0; BLOCK]; 6],
+            },
         };
         for i in 0..BLOCK {
             let (x, s) = (x(i.min(used - 1)), s(i.min(used - 1)));
@@ -69,10 +78,11 @@ impl RayBlock {
 
     /// From here on derivatives are with respect to what changes from here on.
     pub fn forget_derivatives(&mut self) {
-        for lanes in self.dx.iter_mut().chain(&mut self.ds) {
+        let Derivatives { dx, ds, d2x, d2s } = &mut self.by_theta;
+        for lanes in dx.iter_mut().chain(ds) {
             *lanes = [0.0; BLOCK];
         }
-        for lanes in self.d2x.iter_mut().chain(&mut self.d2s) {
+        for lanes in d2x.iter_mut().chain(d2s) {
             *lanes = [0.0; BLOCK];
         }
     }
@@ -84,10 +94,10 @@ impl RayBlock {
         self.chi_cmpc = chi_cmpc;
         drift(&mut self.x, &self.s, step);
         if ORDER >= 1 {
-            drift(&mut self.dx, &self.ds, step);
+            drift(&mut self.by_theta.dx, &self.by_theta.ds, step);
         }
         if ORDER >= 2 {
-            drift(&mut self.d2x, &self.d2s, step);
+            drift(&mut self.by_theta.d2x, &self.by_theta.d2s, step);
         }
     }
 
@@ -106,11 +116,12 @@ impl RayBlock {
         let position = |i: usize| [(self.x[0][i] - origin[0]) * scale, (self.x[1][i] - origin[1]) * scale];
         let mut rays = RayBundle { beta_arcsec: (0..used).map(position).collect(), ..RayBundle::default() };
         if ORDER >= 1 {
-            rays.jacobian = (0..used).map(|i| std::array::from_fn(|c| self.dx[c][i] * scale)).collect();
+            rays.jacobian =
+                (0..used).map(|i| std::array::from_fn(|c| self.by_theta.dx[c][i] * scale)).collect();
         }
         if ORDER >= 2 {
             rays.second_per_arcsec =
-                (0..used).map(|i| std::array::from_fn(|c| self.d2x[c][i] * scale)).collect();
+                (0..used).map(|i| std::array::from_fn(|c| self.by_theta.d2x[c][i] * scale)).collect();
         }
         rays
     }
@@ -132,8 +143,7 @@ impl RayBlock {
             let theta = [self.x[0][i] * inv_chi, self.x[1][i] * inv_chi];
             if ORDER >= 1 {
                 let third = if ORDER >= 2 { lens.third_derivatives(theta) } else { [0.0; 4] };
-                let Self { dx, ds, d2x, d2s, .. } = self;
-                kick_derivatives::<ORDER>((dx, d2x), (ds, d2s), i, lens.hessian(theta), third, inv_chi);
+                self.by_theta.kick::<ORDER>(i, lens.hessian(theta), third, inv_chi);
             }
             let kick = lens.kick(theta);
             self.s[0][i] -= kick[0];
@@ -142,34 +152,29 @@ impl RayBlock {
     }
 }
 
-/// S and S₂ of ray `i` after a plane with f·H = (xx, xy, yy) and f·T = (xxx, xxy, xyy, yyy).
-#[allow(clippy::needless_range_loop, reason = "tensor indices")]
-#[inline(always)]
-fn kick_derivatives<const ORDER: usize>(
-    (dx, d2x): (&[Lanes; 4], &[Lanes; 6]),
-    (ds, d2s): (&mut [Lanes; 4], &mut [Lanes; 6]),
-    i: usize,
-    h: [f64; 3],
-    t: [f64; 4],
-    inv_chi: f64,
-) {
-    let h = [[h[0], h[1]], [h[1], h[2]]];
-    let x = [[dx[0][i], dx[1][i]], [dx[2][i], dx[3][i]]];
-    for a in 0..2 {
-        for j in 0..2 {
-            ds[2 * a + j][i] -= inv_chi * (h[a][0] * x[0][j] + h[a][1] * x[1][j]);
-        }
-    }
-    if ORDER >= 2 {
+impl Derivatives {
+    /// S and S₂ of ray `i` after a plane with f·H = (xx, xy, yy) and f·T = (xxx, xxy, xyy, yyy).
+    #[allow(clippy::needless_range_loop, reason = "tensor indices")]
+    #[inline(always)]
+    fn kick<const ORDER: usize>(&mut self, i: usize, h: [f64; 3], t: [f64; 4], inv_chi: f64) {
+        let h = [[h[0], h[1]], [h[1], h[2]]];
+        let x = [[self.dx[0][i], self.dx[1][i]], [self.dx[2][i], self.dx[3][i]]];
         for a in 0..2 {
-            // T restricted to component a: symmetric 2×2 in the last two indices.
-            let (t0, t1, t2) = (t[a], t[a + 1], t[a + 2]);
-            for (p, (j, k)) in PAIRS.into_iter().enumerate() {
-                let quadratic = t0 * x[0][j] * x[0][k]
-                    + t1 * (x[0][j] * x[1][k] + x[1][j] * x[0][k])
-                    + t2 * x[1][j] * x[1][k];
-                let linear = h[a][0] * d2x[p][i] + h[a][1] * d2x[3 + p][i];
-                d2s[3 * a + p][i] -= inv_chi * (linear + inv_chi * quadratic);
+            for j in 0..2 {
+                self.ds[2 * a + j][i] -= inv_chi * (h[a][0] * x[0][j] + h[a][1] * x[1][j]);
+            }
+        }
+        if ORDER >= 2 {
+            for a in 0..2 {
+                // T restricted to component a: symmetric 2×2 in the last two indices.
+                let (t0, t1, t2) = (t[a], t[a + 1], t[a + 2]);
+                for (p, (j, k)) in PAIRS.into_iter().enumerate() {
+                    let quadratic = t0 * x[0][j] * x[0][k]
+                        + t1 * (x[0][j] * x[1][k] + x[1][j] * x[0][k])
+                        + t2 * x[1][j] * x[1][k];
+                    let linear = h[a][0] * self.d2x[p][i] + h[a][1] * self.d2x[3 + p][i];
+                    self.d2s[3 * a + p][i] -= inv_chi * (linear + inv_chi * quadratic);
+                }
             }
         }
     }
@@ -188,16 +193,28 @@ fn drift<const N: usize>(x: &mut [Lanes; N], s: &[Lanes; N], step: f64) {
 fn trace<const ORDER: usize>(rays: &mut RayBlock, planes: &[Plane]) {
     for plane in planes {
         rays.advance::<ORDER>(plane.chi_cmpc);
-        let RayBlock { x, s, dx, ds, d2x, d2s, .. } = &mut *rays;
-        plane.kick::<ORDER, BLOCK>(
-            x,
-            plane.inv_chi,
-            |i, h, t| kick_derivatives::<ORDER>((&*dx, &*d2x), (&mut *ds, &mut *d2s), i, h, t, plane.inv_chi),
-            |i, kick| {
-                s[0][i] -= kick.f_alpha_arcsec[0];
-                s[1][i] -= kick.f_alpha_arcsec[1];
-            },
-        );
+        let RayBlock { x, s, by_theta, .. } = &mut *rays;
+        plane.kick::<ORDER, BLOCK>(x, plane.inv_chi, Slopes::<ORDER> { s, by_theta, inv_chi: plane.inv_chi });
+    }
+}
+
+/// What a plane changes of a block of rays.
+struct Slopes<'a, const ORDER: usize> {
+    s: &'a mut [Lanes; 2],
+    by_theta: &'a mut Derivatives,
+    inv_chi: f64,
+}
+
+impl<const ORDER: usize> Kicked for Slopes<'_, ORDER> {
+    #[inline(always)]
+    fn distort(&mut self, i: usize, h: [f64; 3], t: [f64; 4]) {
+        self.by_theta.kick::<ORDER>(i, h, t, self.inv_chi);
+    }
+
+    #[inline(always)]
+    fn turn(&mut self, i: usize, kick: Kick) {
+        self.s[0][i] -= kick.f_alpha_arcsec[0];
+        self.s[1][i] -= kick.f_alpha_arcsec[1];
     }
 }
 

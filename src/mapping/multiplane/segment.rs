@@ -78,12 +78,12 @@ impl Segment {
                 rays.forget_derivatives();
             }
             if kick {
-                rays.ds[0][0] += 1.0;
-                rays.ds[3][0] += 1.0;
+                rays.by_theta.ds[0][0] += 1.0;
+                rays.by_theta.ds[3][0] += 1.0;
             }
             rays.through::<2>(farther);
             rays.advance::<2>(self.span.chi_end_cmpc);
-            std::array::from_fn(|c| rays.d2x[c][0] / self.span.length_cmpc())
+            std::array::from_fn(|c| rays.by_theta.d2x[c][0] / self.span.length_cmpc())
         };
         let (both, theta, sigma) = (trace(true, true), trace(true, false), trace(false, true));
         std::array::from_fn(|c| 0.5 * (both[c] - theta[c] - sigma[c]))

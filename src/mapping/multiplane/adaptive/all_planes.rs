@@ -164,11 +164,11 @@ fn record_rows(
     let Span { chi_start_cmpc, chi_end_cmpc, x_start, s_start, .. } = segment.span;
     let mut block = RayBlock::start(chi_start_cmpc, x_start, s_start, &twice);
     for c in [0, 3] {
-        block.dx[c][n..2 * n].fill(segment.span.length_cmpc());
-        block.ds[c][n..2 * n].fill(0.0);
+        block.by_theta.dx[c][n..2 * n].fill(segment.span.length_cmpc());
+        block.by_theta.ds[c][n..2 * n].fill(0.0);
     }
     let rows = |block: &RayBlock, inv_chi: f64| -> [Rows; ROW_NODES] {
-        let by = |c: usize, i: usize| inv_chi * block.dx[c][i];
+        let by = |c: usize, i: usize| inv_chi * block.by_theta.dx[c][i];
         let mut rows = [[[0.0; 4]; 2]; ROW_NODES];
         for i in 0..n {
             rows[i + 1] = [0, 2].map(|c| [by(c, i), by(c + 1, i), by(c, n + i), by(c + 1, n + i)]);

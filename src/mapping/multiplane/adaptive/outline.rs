@@ -2,6 +2,7 @@
 
 use super::field::Field;
 use super::sample::Spot;
+use crate::mapping::multiplane::kick::Kick;
 use crate::mapping::multiplane::plane::Plane;
 use crate::mapping::multiplane::span::Span;
 use crate::numerics::dispatch::ray_kernel;
@@ -91,12 +92,14 @@ ray_kernel! {
             plane.kick::<0, RAYS>(
                 x,
                 plane.inv_chi,
-                |_, _, _| (),
-                |i, kick| {
-                    alpha = alpha.max(kick.fkm * kick.fkm * kick.u);
-                    s[0][i] -= kick.f_alpha_arcsec[0];
-                    s[1][i] -= kick.f_alpha_arcsec[1];
-                },
+                (
+                    |_, _, _| (),
+                    |i: usize, kick: Kick| {
+                        alpha = alpha.max(kick.fkm * kick.fkm * kick.u);
+                        s[0][i] -= kick.f_alpha_arcsec[0];
+                        s[1][i] -= kick.f_alpha_arcsec[1];
+                    },
+                ),
             );
             let alpha = (alpha / plane.inv_r_s2).sqrt();
             if spot.is_rough(plane, alpha, tolerance) {

@@ -1,6 +1,7 @@
 //! The planes that rays meet one by one, a halo or the main lens, for many rays in SIMD lanes.
 
 use super::chebyshev::{LANES, Lanes};
+use crate::mapping::multiplane::kick::Kick;
 use crate::mapping::multiplane::plane::{LensPlane, Plane};
 
 /// A plane that rays meet one by one.
@@ -42,13 +43,15 @@ impl RoughPlane {
             Self::Halo(plane) => plane.kick::<ORDER, LANES>(
                 theta,
                 1.0,
-                |i, h, t| {
-                    (0..3).for_each(|c| hessian[c][i] = h[c]);
-                    if ORDER >= 2 {
-                        (0..4).for_each(|c| third[c][i] = t[c]);
-                    }
-                },
-                |i, own| (0..2).for_each(|c| kick[c][i] = own.f_alpha_arcsec[c]),
+                (
+                    |i: usize, h: [f64; 3], t: [f64; 4]| {
+                        (0..3).for_each(|c| hessian[c][i] = h[c]);
+                        if ORDER >= 2 {
+                            (0..4).for_each(|c| third[c][i] = t[c]);
+                        }
+                    },
+                    |i: usize, own: Kick| (0..2).for_each(|c| kick[c][i] = own.f_alpha_arcsec[c]),
+                ),
             ),
             Self::Lens(plane) => {
                 for i in 0..used {
