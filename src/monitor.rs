@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 /// Somebody who watches: a progress bar, a log, nobody. Everything may be called from any thread.
 ///
 /// Work announces itself as a [`Task`] with a name and, where it knows them, its units; tasks nest. Loops call
-/// [`check`](dyn Monitor::check) or [`Task::check`] often (many times a second), and pass its error on.
+/// `monitor.check()` or [`Task::check`] often (many times a second), and pass its error on.
 pub trait Monitor: Sync {
     /// A task begins; `units` is how many steps it will take, if known.
     fn begin(&self, task: &str, units: Option<u64>);

@@ -135,7 +135,7 @@ impl LinearTheory {
         3.0 * self.dlnsigma_dlnm(mass_msun)
     }
 
-    /// Peak height ν = δ_c/σ(M, z) with the constant δ_c of [`COLLAPSE_OVERDENSITY`].
+    /// Peak height ν = δ_c/σ(M, z) with the constant δ_c = 1.68647.
     pub fn peak_height(&self, mass_msun: f64, z: f64) -> f64 {
         COLLAPSE_OVERDENSITY / self.sigma(mass_msun, z)
     }

@@ -1,4 +1,4 @@
-//! The figures of this project, one file each: plain saved numbers in, a [`Figure`] out.
+//! The figures of this project, one file each: plain saved numbers in, a `Figure` out.
 
 mod calibration;
 mod corner;
