@@ -5,6 +5,6 @@ mod schema;
 
 pub use load::{Preset, load};
 pub use schema::{
-    Config, DiagnosticsConfig, Draw, HALO_MASS_DEFINITION, HaloConfig, HaloProfile, ImageConfig, LensConfig,
-    LightConfig, LineOfSightConfig, SheetModel, json_schema,
+    Config, DiagnosticsConfig, Draw, HALO_MASS_DEFINITION, HaloConfig, HaloEffects, HaloProfile, ImageConfig,
+    LensConfig, LightConfig, LineOfSightConfig, SheetModel, json_schema,
 };

@@ -12,7 +12,7 @@ use crate::halo::concentration::ConcentrationModel;
 use crate::halo::mass_function::MassFunctionModel;
 use crate::halo::{Epoch, MassDefinition, PopulationLimits};
 use crate::imaging::{Instrument, PixelSampling, SkyGrid};
-use crate::mapping::multiplane::Accuracy;
+use crate::mapping::multiplane::{Accuracy, Reference};
 
 /// The masses of drawn and imported haloes are M200c.
 pub const HALO_MASS_DEFINITION: MassDefinition = MassDefinition::Critical(200.0);
@@ -114,6 +114,13 @@ pub enum HaloProfile {
     TruncatedNfw,
 }
 
+impl LineOfSightConfig {
+    /// Whether effects of haloes are taken along a ray that leaves the axis.
+    pub fn is_beside_axis(&self) -> bool {
+        self.reference == Reference::Bent && self.halo_effects == HaloEffects::Ray
+    }
+}
+
 /// Redshifts and sheets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -124,16 +131,35 @@ pub struct LineOfSightConfig {
     pub z_source: f64,
     /// Compensating sheet of every halo plane.
     pub sheets: SheetModel,
+    /// What positions are measured from: "straight", the axis ray, kept straight by subtracting its deflection in every
+    /// plane, or "bent", a line which that ray leaves (the paper).
+    #[serde(default)]
+    pub reference: Reference,
+    /// Where each halo's own κ_h (on-axis sheets, haloes.max_kappa) and Δ_h (who is beyond the tidal regime) are taken:
+    /// "ray", where the traced axis ray passes it, or "axis", θ = 0 (the paper); the same for a straight reference.
+    #[serde(default)]
+    pub halo_effects: HaloEffects,
     /// Largest error of β of a traced ray in arcsec, or "exact": every ray through every plane.
     #[serde(default)]
     pub accuracy_arcsec: Accuracy,
+}
+
+/// Where the effects of single haloes are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum HaloEffects {
+    /// At θ = 0 in the halo's plane.
+    #[default]
+    Axis,
+    /// Where the traced axis ray passes the halo.
+    Ray,
 }
 
 /// The sheet of negative convergence in every halo plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SheetModel {
-    /// −κ_h(0): the halo's own convergence on the axis (the paper).
+    /// −κ_h: the halo's own convergence on the axis (the paper), or along the ray (halo_effects).
     OnAxis,
     /// None.
     None,

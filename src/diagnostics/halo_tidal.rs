@@ -7,12 +7,12 @@ use super::variation::ShearVariation;
 use crate::halo::HaloCatalogue;
 use crate::profile::mass::{MassModel, MassProfile};
 
-/// Distortions that each halo alone causes on the axis (os), column by column, in catalogue order.
+/// Distortions that each halo alone causes on a ray (os), column by column, in catalogue order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HaloTidal {
-    /// Convergence κ_h(0).
+    /// Convergence κ_h.
     pub kappa: Vec<f64>,
-    /// Shear γ_h(0).
+    /// Shear γ_h.
     pub gamma: Vec<Complex<f64>>,
     /// F-type flexion per arcsec.
     pub f_per_arcsec: Vec<Complex<f64>>,
@@ -28,9 +28,21 @@ impl HaloTidal {
     /// # Errors
     /// When a halo of the catalogue has parameters that no profile allows.
     pub fn of(haloes: &HaloCatalogue, theta_e_arcsec: f64) -> crate::Result<Self> {
+        Self::along(haloes, theta_e_arcsec, |_| [0.0; 2])
+    }
+
+    /// As [`Self::of`], where a ray meets the plane of halo `i` in the direction `ray(i)` instead of 0.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn along(
+        haloes: &HaloCatalogue,
+        theta_e_arcsec: f64,
+        ray: impl Fn(usize) -> [f64; 2] + Sync,
+    ) -> crate::Result<Self> {
         let rows: Vec<_> = (0..haloes.len())
             .into_par_iter()
-            .map(|i| Ok(row(&haloes.profile(i)?, theta_e_arcsec)))
+            .map(|i| Ok(row(&haloes.profile(i)?, ray(i), theta_e_arcsec)))
             .collect::<crate::Result<_>>()?;
         let mut columns = Self::default();
         for (kappa, f, g, variation) in rows {
@@ -51,13 +63,13 @@ impl HaloTidal {
 
 type Row = (f64, Complex<f64>, Complex<f64>, ShearVariation);
 
-fn row(profile: &MassModel, theta_e: f64) -> Row {
-    let [xx, _, yy] = profile.hessian(0.0, 0.0);
-    let t = profile.third_derivatives(0.0, 0.0);
+fn row(profile: &MassModel, [x, y]: [f64; 2], theta_e: f64) -> Row {
+    let [xx, _, yy] = profile.hessian(x, y);
+    let t = profile.third_derivatives(x, y);
     // F = ∂*κ; G = ∂*γ.
     let f = Complex::new(t[0] + t[2], t[1] + t[3]) * 0.25;
     let g = Complex::new(t[0] - 3.0 * t[2], 3.0 * t[1] - t[3]) * 0.25;
-    let shears = [(0.0, 0.0), (theta_e, 0.0), (0.0, theta_e)].map(|(x, y)| shear(profile, x, y));
+    let shears = [(x, y), (x + theta_e, y), (x, y + theta_e)].map(|(x, y)| shear(profile, x, y));
     (0.5 * (xx + yy), f, g, ShearVariation::of_shears(shears[0], shears[1], shears[2]))
 }
 
@@ -79,7 +91,7 @@ mod tests {
     fn flexion_regime_needs_two_not_one_half() {
         // Δ²/(θ_E²(|F|²+|G|²)/|γ|²) → 2 as θ_E → 0, to 1e-6; the printed ½ is off by a factor 4.
         let theta_e = 1e-7;
-        let (_, f, g, variation) = row(&halo(), theta_e);
+        let (_, f, g, variation) = row(&halo(), [0.0; 2], theta_e);
         let flexion = (f.norm_sqr() + g.norm_sqr()) / variation.gamma.norm_sqr();
         let factor = (variation.delta / theta_e).powi(2) / flexion;
         assert!((factor - 2.0).abs() < 2e-6, "{factor}");
@@ -88,7 +100,7 @@ mod tests {
 
     #[test]
     fn flexion_equals_differences_of_shear_and_convergence() {
-        let (_, f, g, _) = row(&halo(), 1.0);
+        let (_, f, g, _) = row(&halo(), [0.0; 2], 1.0);
         let h = 1e-4;
         let d = |x: f64, y: f64| (shear(&halo(), x, y) - shear(&halo(), -x, -y)) / (2.0 * h);
         let (dx, dy) = (d(h, 0.0), d(0.0, h));

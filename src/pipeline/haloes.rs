@@ -3,7 +3,7 @@
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use crate::config::{Config, Draw, HALO_MASS_DEFINITION, HaloProfile};
+use crate::config::{Config, Draw, HALO_MASS_DEFINITION, HaloProfile, SheetModel};
 use crate::constants::ARCSEC_RAD;
 use crate::cosmology::{Background, LinearTheory};
 use crate::diagnostics::HaloTidal;
@@ -11,8 +11,9 @@ use crate::error::{Error, Result, require};
 use crate::halo::concentration::ConcentrationTable;
 use crate::halo::{
     DrawnHaloes, Epoch, HaloCatalogue, HaloMasses, Population, draw_brute_force, draw_direct,
-    passes_shear_cut,
+    mean_density_sheets, passes_shear_cut,
 };
+use crate::mapping::multiplane::{LineOfSight, Reference, Sheets};
 use crate::monitor::Monitor;
 use crate::numerics::random::{Stage, stream};
 
@@ -72,18 +73,74 @@ pub fn populate(
         Some(catalogue) => (truncate(config, cut_imported(config, catalogue)?)?, None),
         None => draw(config, &linear, &population, realisation, monitor)?,
     };
-    let before = catalogue.len();
-    let catalogue = leave_out_convergent(config, catalogue)?;
-    let number_excluded = before - catalogue.len();
-    Ok(Haloes { catalogue, population, number_drawn, number_excluded, mass_function })
+    let mut haloes = Haloes { catalogue, population, number_drawn, number_excluded: 0, mass_function };
+    if let Some(limit) = settings.max_kappa {
+        let effects = haloes.effects(config)?;
+        let keep: Vec<bool> = effects.decisive(config).kappa.iter().map(|kappa| *kappa <= limit).collect();
+        haloes.number_excluded = keep.iter().filter(|keep| !**keep).count();
+        haloes.catalogue = haloes.catalogue.select(&keep);
+    }
+    Ok(haloes)
 }
 
-/// Applies `haloes.max_kappa`.
-fn leave_out_convergent(config: &Config, catalogue: HaloCatalogue) -> Result<HaloCatalogue> {
-    let Some(limit) = config.haloes.max_kappa else { return Ok(catalogue) };
-    let tidal = HaloTidal::of(&catalogue, config.diagnostics.theta_e_arcsec)?;
-    let keep: Vec<bool> = tidal.kappa.iter().map(|kappa| *kappa <= limit).collect();
-    Ok(catalogue.select(&keep))
+/// Sorts haloes into planes with the sheets and the reference of the configuration.
+///
+/// # Errors
+/// Passed on from the sheets.
+pub fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue) -> Result<LineOfSight> {
+    let los = &config.line_of_sight;
+    let sheets = match los.sheets {
+        SheetModel::OnAxis if los.is_beside_axis() => Sheets::OnRay,
+        SheetModel::OnAxis => Sheets::OnAxis,
+        SheetModel::None => Sheets::None,
+        SheetModel::MeanDensity => Sheets::Expected(mean_density_sheets(&haloes.population, catalogue)?),
+    };
+    LineOfSight::along(los.reference, catalogue, &sheets)
+}
+
+/// What each halo does on its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SingleHaloes {
+    /// At θ = 0 in its plane.
+    pub on_axis: HaloTidal,
+    /// Where the axis ray passes it, bent by all haloes; none where that ray is kept straight and the two are the same.
+    pub on_ray: Option<HaloTidal>,
+}
+
+impl SingleHaloes {
+    /// What haloes are judged by: `line_of_sight.halo_effects`.
+    pub fn decisive(&self, config: &Config) -> &HaloTidal {
+        self.on_ray.as_ref().filter(|_| config.line_of_sight.is_beside_axis()).unwrap_or(&self.on_axis)
+    }
+}
+
+impl Haloes {
+    /// What each halo does on its own.
+    ///
+    /// # Errors
+    /// When an imported halo has parameters that no profile allows.
+    pub fn effects(&self, config: &Config) -> Result<SingleHaloes> {
+        let theta_e = config.diagnostics.theta_e_arcsec;
+        let on_axis = HaloTidal::of(&self.catalogue, theta_e)?;
+        let on_ray = match config.line_of_sight.reference {
+            Reference::Straight => None,
+            Reference::Bent => {
+                let sight = line_of_sight(config, self, &self.catalogue)?;
+                let ray = sight.axis_ray_arcsec(&self.catalogue.chi_cmpc);
+                Some(HaloTidal::along(&self.catalogue, theta_e, |i| ray[i])?)
+            }
+        };
+        Ok(SingleHaloes { on_axis, on_ray })
+    }
+
+    /// The haloes in the tidal regime: Δ_h below the threshold.
+    ///
+    /// # Errors
+    /// As [`Self::effects`].
+    pub fn in_tidal_regime(&self, config: &Config) -> Result<HaloCatalogue> {
+        let within = self.effects(config)?.decisive(config).within(config.diagnostics.delta_threshold);
+        Ok(self.catalogue.select(&within))
+    }
 }
 
 /// Linear theory of the configuration, in the h-units it asks for.

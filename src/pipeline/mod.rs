@@ -20,12 +20,10 @@ pub use calibration::{
 };
 pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
 pub use cut_study::{CutRow, cut_study};
-pub use haloes::{Haloes, MassFunctionCurve, populate};
+pub use haloes::{Haloes, MassFunctionCurve, SingleHaloes, line_of_sight, populate};
 pub use relations::Relations;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-pub use view::{
-    LensAndSource, View, critical_curves, line_of_sight, main_lens, maps, source_centre, to_accuracy,
-};
+pub use view::{LensAndSource, View, critical_curves, main_lens, maps, source_centre, to_accuracy};
 pub use view_fits::{ViewFit, fit_views};

@@ -1,9 +1,9 @@
 //! The one function that runs the chain.
 
-use super::haloes::{Haloes, populate};
-use super::view::{LensAndSource, View, line_of_sight, maps};
+use super::haloes::{Haloes, SingleHaloes, line_of_sight, populate};
+use super::view::{LensAndSource, View, maps};
 use crate::config::Config;
-use crate::diagnostics::{HaloTidal, TidalMaps};
+use crate::diagnostics::TidalMaps;
 use crate::error::Result;
 use crate::halo::HaloCatalogue;
 use crate::imaging::Psf;
@@ -28,7 +28,7 @@ pub struct Simulation {
     /// The haloes and their population.
     pub haloes: Haloes,
     /// Distortions each halo causes alone.
-    pub halo_tidal: HaloTidal,
+    pub single_haloes: SingleHaloes,
     /// Shapes of lens and source.
     pub shapes: LensAndSource,
     /// Seen through all haloes.
@@ -54,8 +54,9 @@ pub fn simulate(
     let haloes = populate(config, inputs.catalogue, realisation, monitor)?;
 
     let task = monitor.task("tidal variation of each halo", None);
-    let halo_tidal = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?;
-    let in_tidal_regime = haloes.catalogue.select(&halo_tidal.within(config.diagnostics.delta_threshold));
+    let single_haloes = haloes.effects(config)?;
+    let within = single_haloes.decisive(config).within(config.diagnostics.delta_threshold);
+    let in_tidal_regime = haloes.catalogue.select(&within);
     drop(task);
 
     let shapes = LensAndSource::resolve(config, realisation);
@@ -70,5 +71,5 @@ pub fn simulate(
 
     let (maps, of_maps) = maps(config, &sight, monitor)?;
     let accuracy = all.accuracy.and(&tidal.accuracy).and(&of_maps);
-    Ok(Simulation { config: config.clone(), haloes, halo_tidal, shapes, all, tidal, maps, accuracy })
+    Ok(Simulation { config: config.clone(), haloes, single_haloes, shapes, all, tidal, maps, accuracy })
 }

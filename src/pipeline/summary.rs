@@ -67,7 +67,7 @@ impl Summary {
     /// Reads the numbers off a run.
     pub fn of(run: &Simulation) -> Self {
         let drawn = run.config.haloes.catalogue.is_none();
-        let kappa = &run.halo_tidal.kappa;
+        let kappa = &run.single_haloes.decisive(&run.config).kappa;
         let warning = run.config.diagnostics.kappa_warning;
         Self {
             seed: run.config.seed,
@@ -101,9 +101,13 @@ impl View {
         push_tidal(&mut list, "los", &e.los);
         push_tidal(&mut list, "los_linear", &e.los_linear);
         list.push(("delta_tot".into(), "", self.variation.delta));
-        for (name, [x, y]) in
-            [("lens_centre", self.lens_centre_arcsec), ("source_centre", self.source_centre_arcsec)]
-        {
+        let [ray_at_lens, ray_at_source] = self.axis_ray_arcsec;
+        for (name, [x, y]) in [
+            ("lens_centre", self.lens_centre_arcsec),
+            ("source_centre", self.source_centre_arcsec),
+            ("axis_ray_at_lens", ray_at_lens),
+            ("axis_ray_at_source", ray_at_source),
+        ] {
             list.push((format!("{name}_x_arcsec"), "arcsec", x));
             list.push((format!("{name}_y_arcsec"), "arcsec", y));
         }

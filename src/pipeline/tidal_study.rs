@@ -1,9 +1,8 @@
 //! How well a tidal or flexion model stands for a cone of haloes: the residual in β and in the image.
 
-use super::haloes::populate;
-use super::view::line_of_sight;
+use super::haloes::{line_of_sight, populate};
 use crate::config::Config;
-use crate::diagnostics::{EffectiveLineOfSight, HaloTidal, MapGrid};
+use crate::diagnostics::{EffectiveLineOfSight, MapGrid};
 use crate::error::Result;
 use crate::imaging::{Psf, Scene, SkyGrid, expose};
 use crate::mapping::multiplane::MainLens;
@@ -73,9 +72,7 @@ pub fn tidal_residual(
 ) -> Result<TidalResidual> {
     let mut haloes = populate(config, None, sightline, monitor)?;
     if tidal_only {
-        let within = HaloTidal::of(&haloes.catalogue, config.diagnostics.theta_e_arcsec)?
-            .within(config.diagnostics.delta_threshold);
-        haloes.catalogue = haloes.catalogue.select(&within);
+        haloes.catalogue = haloes.in_tidal_regime(config)?;
     }
     let sight = line_of_sight(config, &haloes, &haloes.catalogue)?;
     let z_lens = config.line_of_sight.z_lens;

@@ -2,17 +2,13 @@
 
 use rand::RngExt;
 
-use super::haloes::Haloes;
-use crate::config::{Config, LightConfig, SheetModel};
+use crate::config::{Config, LightConfig};
 use crate::diagnostics::{
     CriticalCurves, EffectiveLineOfSight, ShearVariation, SkyWindow, TidalMaps, total_variation,
 };
 use crate::error::Result;
-use crate::halo::{HaloCatalogue, mean_density_sheets};
 use crate::imaging::{Exposure, Psf, Scene, SkyGrid, expose};
-use crate::mapping::multiplane::{
-    AccuracyReport, AdaptiveSegment, Field, LineOfSight, MainLens, Segment, Sheets,
-};
+use crate::mapping::multiplane::{AccuracyReport, AdaptiveSegment, Field, LineOfSight, MainLens, Segment};
 use crate::mapping::{Mapping, Order};
 use crate::monitor::Monitor;
 use crate::numerics::random::{Stage, StreamName, stream};
@@ -57,6 +53,9 @@ pub struct View {
     pub effective: EffectiveLineOfSight,
     /// Total (os) shear and its relative variation.
     pub variation: ShearVariation,
+    /// Where the axis ray, bent by the haloes, meets lens plane and source: for a straight reference, by how much these
+    /// planes are moved to keep it straight.
+    pub axis_ray_arcsec: [[f64; 2]; 2],
     /// Centre of the main lens, where the haloes make it appear on the axis: −α_od(0).
     pub lens_centre_arcsec: [f64; 2],
     /// Centre of the source, where the haloes alone would make it appear on the axis: −α_os(0).
@@ -67,19 +66,6 @@ pub struct View {
     pub accuracy: AccuracyReport,
     /// Critical curves and caustics, where the configuration asks for them.
     pub curves: Option<CriticalCurves>,
-}
-
-/// Sorts haloes into planes with the sheets of the configuration.
-///
-/// # Errors
-/// Passed on from the sheets.
-pub fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue) -> Result<LineOfSight> {
-    let sheets = match config.line_of_sight.sheets {
-        SheetModel::OnAxis => Sheets::OnAxis,
-        SheetModel::None => Sheets::None,
-        SheetModel::MeanDensity => Sheets::Expected(mean_density_sheets(&haloes.population, catalogue)?),
-    };
-    LineOfSight::new(catalogue, &sheets)
 }
 
 /// A segment that is traced as accurately as configured, for about `rays` rays out to `half_width_arcsec`.
@@ -144,6 +130,7 @@ impl View {
                 &line_of_sight.observer_to_source(),
                 config.diagnostics.theta_e_arcsec,
             ),
+            axis_ray_arcsec: axis_ray(config, line_of_sight),
             lens_centre_arcsec,
             source_centre_arcsec,
             exposure,
@@ -155,6 +142,14 @@ impl View {
                 .transpose()?,
         })
     }
+}
+
+/// Where the axis ray, bent by the haloes, meets lens plane and source.
+fn axis_ray(config: &Config, line_of_sight: &LineOfSight) -> [[f64; 2]; 2] {
+    let los = &config.line_of_sight;
+    let chi = [los.z_lens, los.z_source].map(|z| config.cosmology.comoving_distance_mpc(z));
+    let at = line_of_sight.axis_ray_arcsec(&chi);
+    [at[0], at[1]]
 }
 
 fn axis_position(mapping: &impl Mapping) -> [f64; 2] {

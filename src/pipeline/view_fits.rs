@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
+use super::haloes::line_of_sight;
 use super::simulate::Simulation;
-use super::view::{View, line_of_sight};
+use super::view::View;
 use crate::error::Result;
 use crate::imaging::Psf;
 use crate::inference::diagnose::ESS_LIMIT;
@@ -44,7 +45,7 @@ pub fn fit_views(
     monitor: &dyn Monitor,
 ) -> Result<Vec<ViewFit>> {
     let mut fits = Vec::new();
-    let tidal = run.halo_tidal.within(run.config.diagnostics.delta_threshold);
+    let tidal = run.single_haloes.decisive(&run.config).within(run.config.diagnostics.delta_threshold);
     let in_tidal_regime = run.haloes.catalogue.select(&tidal);
     for (image, view, catalogue) in
         [("all_haloes", &run.all, &run.haloes.catalogue), ("tidal_haloes", &run.tidal, &in_tidal_regime)]

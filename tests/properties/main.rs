@@ -14,5 +14,6 @@ mod point_images;
 mod population;
 mod sampler_errors;
 mod samplers;
+mod straight;
 mod tensors;
 mod watched;

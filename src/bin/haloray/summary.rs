@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use haloray::mapping::multiplane::AccuracyReport;
+use haloray::mapping::multiplane::{AccuracyReport, Reference};
 use haloray::pipeline::{Quantities, Simulation, Summary};
 
 use crate::bars::Bars;
@@ -55,7 +55,23 @@ fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) ->
             run.config.diagnostics.kappa_warning
         )?;
     }
+    writeln!(text, "axis ray     {}", axis_ray(run))?;
     writeln!(text, "tracing      {}", accuracy(&run.accuracy))
+}
+
+/// How far haloes bend the ray that is seen on the axis.
+fn axis_ray(run: &Simulation) -> String {
+    let [lens, source] = run.all.axis_ray_arcsec.map(|[x, y]| x.hypot(y));
+    let los = &run.config.line_of_sight;
+    match (los.reference, los.is_beside_axis()) {
+        (Reference::Straight, _) => {
+            format!("kept straight: planes moved by {lens:.2}″ at the lens, {source:.2}″ at the source")
+        }
+        (Reference::Bent, beside) => format!(
+            "bent by {lens:.2}″ at the lens, {source:.2}″ at the source; κ_h, Δ_h are those {}",
+            if beside { "along it" } else { "at θ = 0" }
+        ),
+    }
 }
 
 fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::Result {

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use haloray::config::{LineOfSightConfig, SheetModel};
 use haloray::cosmology::Background;
 use haloray::inference::model::{CompiledModel, ModelDescription};
-use haloray::io::{ExposureKeywords, read_haloes};
+use haloray::io::{ExposureKeywords, read_haloes, read_line_of_sight};
 use haloray::mapping::HaloSight;
-use haloray::mapping::multiplane::LineOfSight;
+use haloray::mapping::multiplane::{LineOfSight, Sheets};
 use haloray::mapping::tidal::LineOfSightKind;
 use haloray::{Error, Result};
 
@@ -56,7 +57,19 @@ pub fn compile(description: &ModelDescription, image: &ExposureKeywords) -> Resu
     let z_lens = redshift(los.z_lens, image.z_lens, "line_of_sight.z_lens", "ZLENS")?;
     let background = los.cosmology.unwrap_or_else(Background::paper);
     let haloes = read_haloes(file, z_source, &background)?;
-    let sight = LineOfSight::new(&haloes, &los.sheets.unwrap_or_default().sheets())?;
+    let written_for = read_line_of_sight(file);
+    let reference = los.reference.or(written_for.as_ref().map(|sight| sight.reference)).unwrap_or_default();
+    let sheets = los.sheets.map_or_else(|| sheets_of(written_for.as_ref()), |own| own.sheets());
+    let sight = LineOfSight::along(reference, &haloes, &sheets)?;
     let haloes = HaloSight::new(sight, z_lens).map_err(in_model)?;
     CompiledModel::through_haloes(description, haloes).map_err(in_model)
+}
+
+/// The sheets of the run that wrote a table; on the axis for a table of unknown origin.
+fn sheets_of(written_for: Option<&LineOfSightConfig>) -> Sheets {
+    match written_for {
+        Some(sight) if sight.sheets == SheetModel::None => Sheets::None,
+        Some(sight) if sight.is_beside_axis() => Sheets::OnRay,
+        _ => Sheets::OnAxis,
+    }
 }

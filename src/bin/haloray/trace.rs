@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use haloray::Result;
 use haloray::error::Domain;
-use haloray::io::{Column, Provenance, RAYS_GROUP, Table, ray_table, read_haloes, read_points};
-use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Segment, Sheets};
+use haloray::io::{
+    Column, Provenance, RAYS_GROUP, Table, ray_table, read_haloes, read_line_of_sight, read_points,
+};
+use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Reference, Segment, Sheets};
 use haloray::mapping::{Mapping, Order};
 use haloray::monitor::Monitor;
 
@@ -37,9 +39,13 @@ pub struct Args {
     /// Table to write: .csv, .h5 or .fits.
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
-    /// Compensating sheet in each halo's plane: −κ_h(0) centred on the axis, or none.
+    /// Compensating sheet in each halo's plane: −κ_h at θ = 0, −κ_h where the axis ray passes, or none.
     #[arg(long, value_enum, default_value_t = SheetArg::OnAxis)]
     sheets: SheetArg,
+    /// What positions are measured from: `bent`, a line that the axis ray leaves, or `straight`, the axis ray itself, its
+    /// deflection subtracted in every plane. Left out: what the haloes' file says (an .h5 of haloray), else bent.
+    #[arg(long, value_enum)]
+    reference: Option<ReferenceArg>,
     /// Largest error of β in arcsec, or `exact`: every ray through every plane. Away from halo centres errors of the
     /// Jacobian stay below 10 times the number, those of second derivatives below 1000 times. Delays are exact.
     #[arg(long, allow_negative_numbers = true, value_name = "exact|ARCSEC", default_value = "1e-7")]
@@ -64,7 +70,14 @@ pub struct Args {
 #[derive(Clone, Copy, ValueEnum)]
 enum SheetArg {
     OnAxis,
+    OnRay,
     None,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ReferenceArg {
+    Bent,
+    Straight,
 }
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
@@ -76,9 +89,15 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     check_not_an_input(&args.output, &[Some(&args.haloes), Some(&args.points)])?;
     let sheets = match args.sheets {
         SheetArg::OnAxis => Sheets::OnAxis,
+        SheetArg::OnRay => Sheets::OnRay,
         SheetArg::None => Sheets::None,
     };
-    let sight = LineOfSight::new(&haloes, &sheets)?;
+    let reference = match args.reference {
+        Some(ReferenceArg::Bent) => Reference::Bent,
+        Some(ReferenceArg::Straight) => Reference::Straight,
+        None => read_line_of_sight(&args.haloes).map_or(Reference::Bent, |sight| sight.reference),
+    };
+    let sight = LineOfSight::along(reference, &haloes, &sheets)?;
     let segment = segment(args, &sight)?;
     let order = [Order::Position, Order::Jacobian, Order::SecondDerivatives][args.order as usize];
     let monitor: &dyn Monitor = bars;

@@ -11,7 +11,7 @@ use crate::cosmology::Background;
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
 use crate::inference::parameter::Prior;
-use crate::mapping::multiplane::Sheets;
+use crate::mapping::multiplane::{Reference, Sheets};
 use crate::mapping::tidal::LineOfSightKind;
 
 /// What a parameter is: a number, another parameter's name, or a prior.
@@ -43,6 +43,9 @@ pub struct LineOfSightDescription {
     /// The sheets of those haloes: in each plane −κ_h on the axis, or none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheets: Option<TableSheets>,
+    /// What positions among those haloes are measured from; what the table's file says when left out, else `bent`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
     /// Redshift of the lens among those haloes; the image's ZLENS when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z_lens: Option<f64>,
@@ -54,13 +57,15 @@ pub struct LineOfSightDescription {
     pub cosmology: Option<Background>,
 }
 
-/// Sheets that go with a halo table; `on-axis` when left out.
+/// Sheets that go with a halo table; those of the run that wrote it when left out, else `on-axis`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TableSheets {
     /// In each halo's plane −κ_h(0), see [`Sheets::OnAxis`].
     #[default]
     OnAxis,
+    /// In each halo's plane −κ_h where the axis ray passes it, see [`Sheets::OnRay`].
+    OnRay,
     /// No compensation.
     None,
 }
@@ -70,6 +75,7 @@ impl TableSheets {
     pub fn sheets(self) -> Sheets {
         match self {
             Self::OnAxis => Sheets::OnAxis,
+            Self::OnRay => Sheets::OnRay,
             Self::None => Sheets::None,
         }
     }
@@ -82,6 +88,7 @@ impl Default for LineOfSightDescription {
             parameters: BTreeMap::new(),
             file: None,
             sheets: None,
+            reference: None,
             z_lens: None,
             z_source: None,
             cosmology: None,
@@ -98,6 +105,7 @@ impl LineOfSightDescription {
         let of_haloes = [
             ("file", self.file.is_some()),
             ("sheets", self.sheets.is_some()),
+            ("reference", self.reference.is_some()),
             ("z_lens", self.z_lens.is_some()),
             ("z_source", self.z_source.is_some()),
             ("cosmology", self.cosmology.is_some()),

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use crate::config::LineOfSightConfig;
 use crate::cosmology::Background;
 use crate::error::{Result, TableKind};
 use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
-use crate::io::containers::{Column, Provenance, Table, Values};
+use crate::io::containers::{Column, Provenance, RunFile, Table, Values};
 
 /// Name of the HDF5 group or FITS extension with haloes.
 pub const HALOES_GROUP: &str = "haloes";
@@ -74,6 +75,16 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
         }
     }
     Ok(haloes)
+}
+
+/// The line of sight that the haloes of a file were simulated or drawn for, if it is an .h5 of haloray that says so.
+pub fn read_line_of_sight(path: &Path) -> Option<LineOfSightConfig> {
+    let extension = path.extension()?.to_str()?;
+    if !["h5", "hdf5"].iter().any(|own| extension.eq_ignore_ascii_case(own)) {
+        return None;
+    }
+    let config = RunFile::open(path).ok()?.provenance().ok()?.config_toml;
+    config.parse::<toml::Table>().ok()?.remove("line_of_sight")?.try_into().ok()
 }
 
 fn truncation_radii(table: &Table) -> Result<Option<Vec<f64>>> {

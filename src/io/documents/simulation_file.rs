@@ -9,7 +9,7 @@ use crate::diagnostics::{CriticalCurve, CriticalCurves, CurveKind, HaloTidal, Ti
 use crate::error::Result;
 use crate::imaging::Exposure;
 use crate::io::containers::{Column, Provenance, RunFile, Values};
-use crate::pipeline::{Haloes, Quantities, Simulation, Summary, View};
+use crate::pipeline::{Haloes, Quantities, Simulation, SingleHaloes, Summary, View};
 
 /// Writes config, haloes, mass function, diagnostics, maps and images of a run.
 ///
@@ -17,7 +17,7 @@ use crate::pipeline::{Haloes, Quantities, Simulation, Summary, View};
 /// [`crate::Error::Write`] when the disk is full.
 pub fn write_simulation(run: &Simulation, path: &Path, provenance: &Provenance) -> Result<()> {
     let file = RunFile::create(path, provenance)?;
-    write_haloes(&file, &run.haloes, &run.halo_tidal)?;
+    write_haloes(&file, &run.haloes, &run.single_haloes)?;
     write_mass_function(&file, run)?;
     write_distances(&file, &run.config)?;
     write_maps(&file, "maps", &run.maps)?;
@@ -43,28 +43,36 @@ fn write_columns(file: &RunFile, group: &str, columns: &[Column]) -> Result<()> 
     Ok(())
 }
 
-fn write_haloes(file: &RunFile, haloes: &Haloes, tidal: &HaloTidal) -> Result<()> {
-    let per_arcsec = Some("arcsec^-1");
-    let part = |values: &[nalgebra::Complex<f64>], real: bool| -> Vec<f64> {
-        values.iter().map(|v| if real { v.re } else { v.im }).collect()
-    };
+fn write_haloes(file: &RunFile, haloes: &Haloes, single: &SingleHaloes) -> Result<()> {
     let mut columns = halo_columns(&haloes.catalogue);
-    let results = [
-        Column::f64("chi_cmpc", Some("Mpc"), haloes.catalogue.chi_cmpc.clone()),
-        Column::f64("kappa_h", None, tidal.kappa.clone()),
-        Column::f64("gamma1_h", None, part(&tidal.gamma, true)),
-        Column::f64("gamma2_h", None, part(&tidal.gamma, false)),
-        Column::f64("F1_h", per_arcsec, part(&tidal.f_per_arcsec, true)),
-        Column::f64("F2_h", per_arcsec, part(&tidal.f_per_arcsec, false)),
-        Column::f64("G1_h", per_arcsec, part(&tidal.g_per_arcsec, true)),
-        Column::f64("G2_h", per_arcsec, part(&tidal.g_per_arcsec, false)),
-        Column::f64("delta_h", None, tidal.delta.clone()),
-    ];
+    let mut results = vec![Column::f64("chi_cmpc", Some("Mpc"), haloes.catalogue.chi_cmpc.clone())];
+    results.extend(tidal_columns(&single.on_axis, "h"));
+    results.extend(single.on_ray.iter().flat_map(|on_ray| tidal_columns(on_ray, "h_on_ray")));
     columns.retain(|own| !results.iter().any(|r| r.name == own.name));
     columns.extend(results);
     file.group("haloes")?;
     write_columns(file, "haloes", &columns)?;
     file.attribute("haloes", "z_source", haloes.catalogue.z_source())
+}
+
+/// The columns of what haloes do on their own, `place` at the end of every name.
+fn tidal_columns(tidal: &HaloTidal, place: &str) -> Vec<Column> {
+    let per_arcsec = Some("arcsec^-1");
+    let part = |values: &[nalgebra::Complex<f64>], real: bool| -> Vec<f64> {
+        values.iter().map(|v| if real { v.re } else { v.im }).collect()
+    };
+    [
+        ("kappa", None, tidal.kappa.clone()),
+        ("gamma1", None, part(&tidal.gamma, true)),
+        ("gamma2", None, part(&tidal.gamma, false)),
+        ("F1", per_arcsec, part(&tidal.f_per_arcsec, true)),
+        ("F2", per_arcsec, part(&tidal.f_per_arcsec, false)),
+        ("G1", per_arcsec, part(&tidal.g_per_arcsec, true)),
+        ("G2", per_arcsec, part(&tidal.g_per_arcsec, false)),
+        ("delta", None, tidal.delta.clone()),
+    ]
+    .map(|(name, unit, values)| Column::f64(&format!("{name}_{place}"), unit, values))
+    .to_vec()
 }
 
 fn write_mass_function(file: &RunFile, run: &Simulation) -> Result<()> {

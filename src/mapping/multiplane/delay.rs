@@ -57,7 +57,20 @@ impl Ray {
         (self.path - straight) * ARCSEC_RAD * ARCSEC_RAD * MPC_OVER_C_DAYS
     }
 
-    fn advance(&mut self, chi: f64) {
+    /// On to where `axis` ends: the delay where positions, slopes and deflections are measured from that ray.
+    ///
+    /// With x + X, s + S for a ray, X and S the axis ray's, Σ Δχ s·S = x_end·S_end + Σ x·f·α_axis by parts: the last term
+    /// belongs to the potentials of the subtracted deflections, the first does not to the delay.
+    pub fn delay_days_from(mut self, axis: &Self) -> f64 {
+        self.advance(axis.chi);
+        let x = [self.x[0] - axis.x[0], self.x[1] - axis.x[1]];
+        let straight = square(x) / (2.0 * (axis.chi - self.chi_start));
+        let linear = x[0] * axis.s[0] + x[1] * axis.s[1];
+        (self.path - axis.path - linear - straight) * ARCSEC_RAD * ARCSEC_RAD * MPC_OVER_C_DAYS
+    }
+
+    /// On without a plane.
+    pub fn advance(&mut self, chi: f64) {
         let step = chi - self.chi;
         self.chi = chi;
         self.path += 0.5 * step * square(self.s);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::axis::{Axis, Reference, State};
 use super::plane::{LensPlane, Plane, Sheets, sorted_planes};
 use super::recursion::{BLOCK, RayBlock};
 use super::segment::Segment;
@@ -21,6 +22,9 @@ pub struct LineOfSight {
     z_source: f64,
     chi_source_cmpc: f64,
     planes: Arc<Vec<Plane>>,
+    reference: Reference,
+    /// The axis ray through these planes; for a straight reference the path by which haloes were moved.
+    axis: Arc<Axis>,
 }
 
 /// Where rays meet a plane, and with which slopes they come, before anything in it deflects them.
@@ -42,11 +46,19 @@ pub struct MainLens {
 }
 
 impl LineOfSight {
-    /// Sorts the haloes into planes and gives each its sheet.
+    /// Sorts the haloes into planes and gives each its sheet; positions are measured from a line that is not bent.
     ///
     /// # Errors
     /// When an expected sheet is missing; haloes were checked by the catalogue.
     pub fn new(haloes: &HaloCatalogue, sheets: &Sheets) -> Result<Self> {
+        Self::along(Reference::Bent, haloes, sheets)
+    }
+
+    /// As [`Self::new`], with positions measured from `reference`.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn along(reference: Reference, haloes: &HaloCatalogue, sheets: &Sheets) -> Result<Self> {
         if let Sheets::Expected(kappa) = sheets
             && kappa.len() != haloes.len()
         {
@@ -58,12 +70,37 @@ impl LineOfSight {
         }
         let (background, z_source) = (*haloes.background(), haloes.z_source());
         let chi_source_cmpc = background.comoving_distance_mpc(z_source);
-        Ok(Self {
-            background,
-            z_source,
-            chi_source_cmpc,
-            planes: Arc::new(sorted_planes(haloes, chi_source_cmpc, sheets)),
-        })
+        let mut planes = sorted_planes(haloes, chi_source_cmpc, sheets);
+        let axis = Axis::through(&mut planes, |plane, ray| {
+            if reference == Reference::Straight {
+                plane.centre_arcsec = [0, 1].map(|c| plane.centre_arcsec[c] + ray[c]);
+            }
+            if *sheets == Sheets::OnRay {
+                plane.f_sheet = plane.convergence_at(ray);
+            }
+        });
+        let (planes, axis) = (Arc::new(planes), Arc::new(axis));
+        Ok(Self { background, z_source, chi_source_cmpc, planes, reference, axis })
+    }
+
+    /// The directions x/χ in which the axis ray, bent by the haloes, meets comoving distances; arcsec.
+    ///
+    /// For a straight reference these are the directions by which planes at those distances are moved to keep it straight.
+    pub fn axis_ray_arcsec(&self, chi_cmpc: &[f64]) -> Vec<[f64; 2]> {
+        chi_cmpc.par_iter().map(|&chi| self.axis.at(chi).direction_arcsec()).collect()
+    }
+
+    /// The state of a ray that counts as position and slope 0 at comoving distance `chi_cmpc`.
+    fn origin(&self, chi_cmpc: f64) -> State {
+        match self.reference {
+            Reference::Bent => State { chi_cmpc, ..State::default() },
+            Reference::Straight => self.axis.at(chi_cmpc),
+        }
+    }
+
+    fn from_observer(&self, chi_end_cmpc: f64) -> Segment {
+        let x_end = self.origin(chi_end_cmpc).x;
+        Segment::from_observer(&self.planes, self.reference, chi_end_cmpc, x_end)
     }
 
     /// Number of halo planes.
@@ -78,7 +115,7 @@ impl LineOfSight {
 
     /// Observer to source through the haloes alone (os).
     pub fn observer_to_source(&self) -> Segment {
-        Segment::from_observer(&self.planes, self.chi_source_cmpc)
+        self.from_observer(self.chi_source_cmpc)
     }
 
     /// Observer to redshift `z` through the haloes alone (od for z = z_d).
@@ -86,7 +123,7 @@ impl LineOfSight {
     /// # Errors
     /// When z is not between 0 and the source.
     pub fn observer_to(&self, z: f64) -> Result<Segment> {
-        Ok(Segment::from_observer(&self.planes, self.distance(z)?))
+        Ok(self.from_observer(self.distance(z)?))
     }
 
     /// Redshift `z` to source, about the ray that the observer sees on the axis (ds for z = z_d).
@@ -103,7 +140,7 @@ impl LineOfSight {
     /// Unless 0 < z_near < z_far ≤ z_source.
     pub fn between(&self, z_near: f64, z_far: f64) -> Result<Segment> {
         Domain::above(z_near).check("the far redshift", z_far)?;
-        Ok(Segment::between(&self.planes, self.distance(z_near)?, self.distance(z_far)?))
+        Ok(self.from_observer(self.distance(z_far)?).behind(&self.axis, self.distance(z_near)?))
     }
 
     /// ∂²β/∂θ_j∂σ_k of the axis ray, symmetrised, for a change σ of its slope at redshift `z`; per arcsec, as b_ijk.
@@ -128,7 +165,9 @@ impl LineOfSight {
     /// When the lens does not lie between observer and source.
     pub fn through_lens(&self, lens: &MainLens) -> Result<Segment> {
         Domain::below(self.z_source).check("z_lens", lens.z)?;
-        let plane = LensPlane::new(self.distance(lens.z)?, self.chi_source_cmpc, lens.profile.clone());
+        let chi = self.distance(lens.z)?;
+        let mut plane = LensPlane::new(chi, self.chi_source_cmpc, lens.profile.clone());
+        plane.origin_arcsec = self.origin(chi).direction_arcsec();
         Ok(self.observer_to_source().with_lens(plane))
     }
 
@@ -138,12 +177,14 @@ impl LineOfSight {
     /// When z is not between 0 and the source; when cancelled.
     pub fn rays_at(&self, z: f64, theta_arcsec: &[[f64; 2]], monitor: &dyn Monitor) -> Result<RaysAtPlane> {
         let segment = self.observer_to(z)?;
+        let origin = self.origin(self.distance(z)?);
         let block = |theta: &[[f64; 2]]| {
             monitor.check()?;
             let rays = segment.to_end::<0>(theta);
             monitor.advance(theta.len() as u64);
             let each = 0..theta.len();
-            Ok((each.clone().map(|i| rays.position(i)).collect(), each.map(|i| rays.slope(i)).collect()))
+            let x = each.clone().map(|i| minus(rays.position(i), origin.x)).collect();
+            Ok((x, each.map(|i| minus(rays.slope(i), origin.s)).collect()))
         };
         let blocks: Result<(Vec<Vec<_>>, Vec<Vec<_>>)> = theta_arcsec.par_chunks(BLOCK).map(block).collect();
         let (x, slope) = blocks?;
@@ -185,14 +226,21 @@ impl LineOfSight {
         slope: &[[f64; 2]],
         monitor: &dyn Monitor,
     ) -> Result<RayBundle> {
+        let (origin, end) = (self.origin(chi_cmpc), self.origin(self.chi_source_cmpc).x);
+        let plus = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
         let farther = &self.planes[self.planes.partition_point(|p| p.chi_cmpc < chi_cmpc)..];
         let block = |(x, slope): (&[[f64; 2]], &[[f64; 2]])| {
             monitor.check()?;
-            let mut rays = RayBlock::from_points(chi_cmpc, x.len(), |i| x[i], |i| slope[i]);
+            let mut rays = RayBlock::from_points(
+                chi_cmpc,
+                x.len(),
+                |i| plus(x[i], origin.x),
+                |i| plus(slope[i], origin.s),
+            );
             rays.through::<ORDER>(farther);
             rays.advance::<ORDER>(self.chi_source_cmpc);
             monitor.advance(x.len() as u64);
-            Ok(rays.bundle::<ORDER>(x.len(), [0.0; 2], 1.0 / self.chi_source_cmpc))
+            Ok(rays.bundle::<ORDER>(x.len(), end, 1.0 / self.chi_source_cmpc))
         };
         let blocks: Result<Vec<_>> = x.par_chunks(BLOCK).zip(slope.par_chunks(BLOCK)).map(block).collect();
         Ok(RayBundle::concatenate(blocks?))
@@ -206,6 +254,10 @@ impl LineOfSight {
         }
         Ok(self.background.comoving_distance_mpc(z))
     }
+}
+
+fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Recursive ray tracing through one plane per halo (Blandford & Narayan 1986; Schneider 2014).
 
 mod adaptive;
+mod axis;
 mod centres;
 mod delay;
 mod general;
@@ -12,6 +13,7 @@ mod segment;
 mod span;
 
 pub use adaptive::{Accuracy, AccuracyReport, AdaptiveSegment, Exact, Field};
+pub use axis::Reference;
 pub use general::GeneralMultiPlane;
 pub use line_of_sight::{LineOfSight, MainLens, RaysAtPlane};
 pub use plane::Sheets;

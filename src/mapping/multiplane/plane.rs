@@ -12,6 +12,8 @@ use crate::profile::mass::{MassModel, Nfw, nfw_radial};
 pub enum Sheets {
     /// In each halo's plane −κ_h(0), the halo's own convergence on the axis: the paper's choice.
     OnAxis,
+    /// In each halo's plane minus the halo's own convergence where the axis ray, which nearer planes bend, passes it.
+    OnRay,
     /// No compensation.
     None,
     /// In each halo's plane the convergence given (reduced to the source), in catalogue order: the expected
@@ -49,6 +51,8 @@ pub(super) struct LensPlane {
     pub chi_cmpc: f64,
     /// f = χ_s/(χ_s − χ).
     pub f: f64,
+    /// From where the profile measures positions, arcsec.
+    pub origin_arcsec: [f64; 2],
     /// The profile.
     pub profile: Arc<MassModel>,
 }
@@ -56,11 +60,12 @@ pub(super) struct LensPlane {
 impl LensPlane {
     /// A profile at comoving distance `chi_cmpc`.
     pub fn new(chi_cmpc: f64, chi_source_cmpc: f64, profile: MassModel) -> Self {
-        Self { chi_cmpc, f: chi_source_cmpc / (chi_source_cmpc - chi_cmpc), profile: Arc::new(profile) }
+        let f = chi_source_cmpc / (chi_source_cmpc - chi_cmpc);
+        Self { chi_cmpc, f, origin_arcsec: [0.0; 2], profile: Arc::new(profile) }
     }
 }
 
-/// Planes in order of distance (equal distances in catalogue order).
+/// Planes in order of distance (equal distances in catalogue order); sheets on the ray are still missing.
 pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets: &Sheets) -> Vec<Plane> {
     let mut planes: Vec<Plane> = (0..haloes.len())
         .into_par_iter()
@@ -78,8 +83,8 @@ pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets
                 tau: haloes.truncation(i),
             };
             plane.f_sheet = match sheets {
-                Sheets::OnAxis => plane.convergence_on_axis(),
-                Sheets::None => 0.0,
+                Sheets::OnAxis => plane.convergence_at([0.0; 2]),
+                Sheets::OnRay | Sheets::None => 0.0,
                 Sheets::Expected(kappa) => f * kappa[i],
             };
             plane
@@ -103,9 +108,10 @@ impl Plane {
         if self.tau.is_finite() { crate::profile::mass::truncated(u, &basis, self.tau) } else { basis.nfw() }
     }
 
-    /// f·κ_h(0) = f·k(m + u·m′) at the axis.
-    fn convergence_on_axis(&self) -> f64 {
-        let [m, p1, _] = self.radial(self.u(self.centre_arcsec[0], self.centre_arcsec[1]));
+    /// f·κ_h = f·k(m + u·m′) in one direction.
+    pub fn convergence_at(&self, theta: [f64; 2]) -> f64 {
+        let [m, p1, _] =
+            self.radial(self.u(self.centre_arcsec[0] - theta[0], self.centre_arcsec[1] - theta[1]));
         self.fk * (m + p1)
     }
 }

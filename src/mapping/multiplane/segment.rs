@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::axis::{Axis, Reference};
 use super::delay::Ray;
 use super::plane::{LensPlane, Plane};
 use super::recursion::{BLOCK, RayBlock};
@@ -15,7 +16,7 @@ use crate::monitor::Monitor;
 
 /// The mapping between two distances along the line of sight, with or without the main lens.
 ///
-/// Seen from the observer, β = x_end/χ_end. Seen from a plane d, rays start on the ray that the observer
+/// Seen from the observer, β = x_end/χ_end, x_end measured from the [`Reference`]. Seen from a plane d, rays start on the ray that the observer
 /// sees on the axis and β = (x_end − x_axis)/(χ_end − χ_d): θ and β are measured from that ray. A segment shares the
 /// planes of its line of sight and outlives it.
 #[derive(Debug, Clone)]
@@ -23,28 +24,35 @@ pub struct Segment {
     all_planes: Arc<Vec<Plane>>,
     range: Range<usize>,
     pub(super) span: Span,
+    reference: Reference,
     /// The main lens, and how many of the segment's planes come before it.
     pub(super) lens: Option<(usize, LensPlane)>,
 }
 
 impl Segment {
-    pub(super) fn from_observer(all_planes: &Arc<Vec<Plane>>, chi_end: f64) -> Self {
+    /// From the observer to `chi_end`; `x_end` is the place there that is called the axis.
+    pub(super) fn from_observer(
+        all_planes: &Arc<Vec<Plane>>,
+        reference: Reference,
+        chi_end: f64,
+        x_end: [f64; 2],
+    ) -> Self {
         Self {
             range: 0..all_planes.partition_point(|p| p.chi_cmpc < chi_end),
             all_planes: all_planes.clone(),
-            span: Span::from_observer(chi_end),
+            span: Span { x_axis_end: x_end, ..Span::from_observer(chi_end) },
+            reference,
             lens: None,
         }
     }
 
-    pub(super) fn between(all_planes: &Arc<Vec<Plane>>, chi_start: f64, chi_end: f64) -> Self {
-        let nearer = Self::from_observer(all_planes, chi_start);
-        let (x_start, s_start) = nearer.axis_ray();
-        let mut segment = Self::from_observer(all_planes, chi_end);
-        segment.range.start = nearer.range.end;
-        segment.span = Span { chi_start_cmpc: chi_start, x_start, s_start, ..segment.span };
-        segment.span.x_axis_end = segment.axis_ray().0;
-        segment
+    /// What is left of a segment from the observer behind `chi_start`, about its axis ray.
+    pub(super) fn behind(mut self, axis: &Axis, chi_start: f64) -> Self {
+        let start = axis.at(chi_start);
+        self.range.start = self.planes().partition_point(|p| p.chi_cmpc < chi_start);
+        self.span = Span { chi_start_cmpc: chi_start, x_start: start.x, s_start: start.s, ..self.span };
+        self.span.x_axis_end = self.to_end::<0>(&[[0.0; 2]]).position(0);
+        self
     }
 
     pub(super) fn with_lens(mut self, lens: LensPlane) -> Self {
@@ -89,12 +97,6 @@ impl Segment {
         std::array::from_fn(|c| 0.5 * (both[c] - theta[c] - sigma[c]))
     }
 
-    /// Position and slope at the end of the ray of direction 0.
-    fn axis_ray(&self) -> ([f64; 2], [f64; 2]) {
-        let rays = self.to_end::<0>(&[[0.0; 2]]);
-        (rays.position(0), rays.slope(0))
-    }
-
     fn start(&self, theta: &[[f64; 2]]) -> RayBlock {
         RayBlock::start(self.span.chi_start_cmpc, self.span.x_start, self.span.s_start, theta)
     }
@@ -123,16 +125,17 @@ impl Segment {
         })
     }
 
-    fn ray_delay_days(&self, theta: [f64; 2]) -> f64 {
-        let Span { chi_start_cmpc, chi_end_cmpc, x_start, s_start, .. } = self.span;
+    /// A ray behind the last plane.
+    fn ray(&self, theta: [f64; 2], lens: Option<&LensPlane>) -> Ray {
+        let Span { chi_start_cmpc, x_start, s_start, .. } = self.span;
         let mut ray = Ray::start(chi_start_cmpc, x_start, [s_start[0] + theta[0], s_start[1] + theta[1]]);
         let (nearer, farther) = self.nearer_and_farther();
         ray.through(nearer);
-        if let Some((_, lens)) = &self.lens {
+        if let Some(lens) = lens {
             ray.through_lens(lens);
         }
         ray.through(farther);
-        ray.delay_days_at(chi_end_cmpc)
+        ray
     }
 }
 
@@ -146,6 +149,15 @@ impl Mapping for Segment {
     }
 
     fn delay_days(&self, theta_arcsec: &[[f64; 2]]) -> Vec<f64> {
-        theta_arcsec.par_iter().map(|&theta| self.ray_delay_days(theta)).collect()
+        let (end, lens) = (self.span.chi_end_cmpc, self.lens.as_ref().map(|(_, lens)| lens));
+        let rays = theta_arcsec.par_iter().map(|&theta| self.ray(theta, lens));
+        match self.reference {
+            Reference::Bent => rays.map(|ray| ray.delay_days_at(end)).collect(),
+            Reference::Straight => {
+                let mut axis = self.ray([0.0; 2], None);
+                axis.advance(end);
+                rays.map(|ray| ray.delay_days_from(&axis)).collect()
+            }
+        }
     }
 }

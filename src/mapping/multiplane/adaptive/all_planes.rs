@@ -76,7 +76,7 @@ fn halts(segment: &Segment, square: &Field, tolerance: f64) -> Option<(Vec<Halt>
     }
     if let Some((after, lens)) = &segment.lens {
         let spot = outline.advance(lens.chi_cmpc, 1.0 / lens.chi_cmpc);
-        let [x, y] = lens.profile.centre_arcsec().unwrap_or(spot.mean_arcsec);
+        let [x, y] = lens.centre_arcsec().unwrap_or(spot.mean_arcsec);
         let distance = (x - spot.mean_arcsec[0]).hypot(y - spot.mean_arcsec[1]);
         let is_clear = distance > CLEAR_OF_LENS * spot.radius_arcsec;
         if !is_clear {
