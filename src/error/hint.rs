@@ -41,6 +41,9 @@ impl Error {
                 "tables are .csv, .h5 or .fits files; images are .fits files, lens models .json (`haloray lens --help`)"
             }
             Self::File { fault: FileFault::Damaged, .. } => "the file is damaged; make or copy it again",
+            Self::File { fault: FileFault::TooLarge, .. } => {
+                "what a file declares is compared with its size and the free memory before it is read"
+            }
             Self::File { fault: FileFault::Content, .. } => {
                 "the file is whole, but not one that this command reads; docs/FILES.md says what each holds"
             }

@@ -30,6 +30,8 @@ pub enum FileFault {
     UnknownFormat,
     /// It ends early or contradicts itself.
     Damaged,
+    /// It takes, or declares, more than memory holds.
+    TooLarge,
     /// It is sound, but does not hold what is looked for.
     Content,
     /// It is no lens model in JSON.

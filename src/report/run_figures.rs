@@ -7,7 +7,7 @@ use crate::config::Config;
 use crate::constants::ARCSEC_RAD;
 use crate::diagnostics::CriticalCurves;
 use crate::error::{Error, FileFault, Result};
-use crate::io::{AttributeValue, RunFile, read_curves};
+use crate::io::{AttributeValue, RunFileReader, read_curves};
 use crate::plot::figures::{
     CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImageRow, ImagesData,
     MassFunctionCurve, MassFunctionData, TidalMapsData, cylinder, flexion_maps, histograms, images,
@@ -49,7 +49,7 @@ pub fn map_figures(file: &Path) -> Result<[(&'static str, Figure); 2]> {
 }
 
 /// The critical curves saved in the group `parent`, if there are any; caustics about the source.
-fn saved_curves(file: &RunFile, parent: &str) -> Result<Option<CriticalCurves>> {
+fn saved_curves(file: &RunFileReader, parent: &str) -> Result<Option<CriticalCurves>> {
     if !file.names(parent)?.iter().any(|name| name == "curves") {
         return Ok(None);
     }
@@ -58,22 +58,22 @@ fn saved_curves(file: &RunFile, parent: &str) -> Result<Option<CriticalCurves>> 
     Ok(Some(read_curves(file, &group)?.about(source)))
 }
 
-fn open(path: &Path) -> Result<(RunFile, Config)> {
-    let file = RunFile::open(path)?;
+fn open(path: &Path) -> Result<(RunFileReader, Config)> {
+    let file = RunFileReader::open(path)?;
     let config = toml::from_str(&file.provenance()?.config_toml).map_err(|e| {
         Error::file(FileFault::Content, path, format!("holds no configuration of this version: {e}"))
     })?;
     Ok((file, config))
 }
 
-fn number(file: &RunFile, object: &str, name: &str) -> Result<f64> {
+fn number(file: &RunFileReader, object: &str, name: &str) -> Result<f64> {
     Ok(match file.read_attribute(object, name)? {
         AttributeValue::F64(value) => value,
         _ => f64::NAN,
     })
 }
 
-fn mass_function_figure(file: &RunFile) -> Result<Figure> {
+fn mass_function_figure(file: &RunFileReader) -> Result<Figure> {
     let masses = file.read_1d("mass_function", "m200c_msun")?;
     let density = file.read_1d("mass_function", "dn_dlnm_per_cmpc3")?;
     let name = match file.read_attribute("mass_function", "name")? {
@@ -95,7 +95,7 @@ fn mass_function_figure(file: &RunFile) -> Result<Figure> {
     Ok(mass_function(&MassFunctionData { curves: &curves, drawn: Some(drawn) }))
 }
 
-fn cylinder_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+fn cylinder_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
     let distance = file.read_1d("haloes", "chi_cmpc")?;
     let theta_y = file.read_1d("haloes", "theta_y_arcsec")?;
     let transverse: Vec<f64> =
@@ -113,7 +113,7 @@ fn cylinder_figure(file: &RunFile, config: &Config) -> Result<Figure> {
     }))
 }
 
-fn histogram_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+fn histogram_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
     let (gamma1, gamma2) = (file.read_1d("haloes", "gamma1_h")?, file.read_1d("haloes", "gamma2_h")?);
     let shear: Vec<f64> = gamma1.iter().zip(&gamma2).map(|(a, b)| a.hypot(*b)).collect();
     Ok(histograms(&HaloEffects {
@@ -133,13 +133,13 @@ struct Grid {
 
 impl Grid {
     /// Nodes out to ±half width, so that the outermost cells reach half a step further.
-    fn map(file: &RunFile, name: &str) -> Result<Self> {
+    fn map(file: &RunFileReader, name: &str) -> Result<Self> {
         let (values, (_, n)) = file.read_2d("maps", name)?;
         let half = number(file, "maps", "half_width_arcsec")?;
         Ok(Self { values, n, half_width_arcsec: half * n as f64 / (n - 1) as f64 })
     }
 
-    fn image(file: &RunFile, group: &str, name: &str) -> Result<Self> {
+    fn image(file: &RunFileReader, group: &str, name: &str) -> Result<Self> {
         let (values, (_, n)) = file.read_2d(group, name)?;
         let scale = number(file, group, "pixel_scale_arcsec")?;
         Ok(Self { values, n, half_width_arcsec: 0.5 * n as f64 * scale })
@@ -155,7 +155,7 @@ impl Grid {
     }
 }
 
-fn tidal_map_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+fn tidal_map_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
     let on_axis = |name: &str| number(file, "maps", name);
     let (kappa, gamma1, gamma2) =
         (Grid::map(file, "kappa")?, Grid::map(file, "gamma1")?, Grid::map(file, "gamma2")?);
@@ -168,7 +168,7 @@ fn tidal_map_figure(file: &RunFile, config: &Config) -> Result<Figure> {
     }))
 }
 
-fn flexion_map_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+fn flexion_map_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
     let (f, g, delta) = (Grid::map(file, "abs_f")?, Grid::map(file, "abs_g")?, Grid::map(file, "delta")?);
     Ok(flexion_maps(&FlexionMapsData {
         f_per_arcsec: f.data(),
@@ -178,7 +178,7 @@ fn flexion_map_figure(file: &RunFile, config: &Config) -> Result<Figure> {
     }))
 }
 
-fn image_figure(file: &RunFile, config: &Config) -> Result<Figure> {
+fn image_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
     let pair = |name: &str| -> Result<[Grid; 3]> {
         let all = Grid::image(file, "images/all_haloes", name)?;
         let tidal = Grid::image(file, "images/tidal_haloes", name)?;

@@ -159,7 +159,7 @@ fn tables_without_what_is_needed_are_refused_with_the_columns_wanted() {
             ("z,theta_x_arcsec\n0.5,1\n", &["neither r_s_arcsec,alpha_rs_arcsec nor m200c_msun,c200c"]),
             (&HALOES.replace("theta_y", "y"), &["column theta_y_arcsec: is missing", "y_arcsec"]),
             (&HALOES.replace("theta_y", "theta_x"), &["line 1: two columns are called theta_x_arcsec"]),
-            (&HALOES.replace(',', ";"), &["the columns present are z;theta_x_arcsec"]),
+            (&HALOES.replace(',', "|"), &["the columns present are z|theta_x_arcsec"]),
             ("0.5,1,2\n0.5,2,3\n", &["line 1: the first line must hold the column names"]),
             (&HALOES.replace("alpha_rs", "r_trunc"), &["column alpha_rs_arcsec: is missing"]),
         ],

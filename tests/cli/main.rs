@@ -5,6 +5,7 @@ mod quick_run;
 mod small_image;
 
 mod catalogue;
+mod columns;
 mod errors;
 mod fit;
 mod images;

@@ -162,8 +162,8 @@ fn curves_enclose_the_einstein_disc_and_lie_in_every_file_that_was_asked_for() {
     fs::write(folder.path("small.toml"), format!("{SMALL}[instrument]\npixel_scale_arcsec = 0.4\n")).unwrap();
     succeeds(&folder, "simulate small.toml --curves -o run");
     succeeds(&folder, "map small.toml --curves -o maps.h5");
-    let all = haloray::io::RunFile::open(&folder.path("run/run.h5")).unwrap();
-    let of_maps = haloray::io::RunFile::open(&folder.path("maps.h5")).unwrap();
+    let all = haloray::io::RunFileReader::open(&folder.path("run/run.h5")).unwrap();
+    let of_maps = haloray::io::RunFileReader::open(&folder.path("maps.h5")).unwrap();
     for (file, group) in
         [(&all, "images/all_haloes/curves"), (&all, "images/tidal_haloes/curves"), (&of_maps, "curves")]
     {
@@ -172,7 +172,7 @@ fn curves_enclose_the_einstein_disc_and_lie_in_every_file_that_was_asked_for() {
         assert!((radius - 1.5).abs() < 0.1, "{group}: {radius}");
     }
     succeeds(&folder, "map small.toml -o plain.h5");
-    let plain = haloray::io::RunFile::open(&folder.path("plain.h5")).unwrap();
+    let plain = haloray::io::RunFileReader::open(&folder.path("plain.h5")).unwrap();
     assert!(!plain.names("").unwrap().contains(&"curves".to_string()));
 }
 

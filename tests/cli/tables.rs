@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::folder::Folder;
 use crate::quick_run::{SMALL, column, folder, numbers, succeeds};
-use haloray::io::{Column, ImageFile, Provenance, RunFile, Table, Values};
+use haloray::io::{Column, ImageFile, Provenance, RunFileReader, Table, Values};
 
 const FORMATS: [&str; 3] = ["csv", "h5", "fits"];
 
@@ -153,7 +153,8 @@ fn a_catalogue_by_angles_and_one_by_masses_give_the_same_pictures() {
     for (options, name) in [("small.toml", "a.h5"), ("small.toml --haloes angles.csv", "b.h5")] {
         succeeds(&folder, &format!("map {options} -o {name}"));
     }
-    let kappa = |name: &str| RunFile::open(&folder.path(name)).unwrap().read_2d("maps", "kappa").unwrap();
+    let kappa =
+        |name: &str| RunFileReader::open(&folder.path(name)).unwrap().read_2d("maps", "kappa").unwrap();
     assert!(kappa("a.h5") == kappa("b.h5"));
     succeeds(&folder, "simulate angles.toml -o run");
     assert!(ImageFile::read(&folder.path("run/image_all_haloes_noise_free.fits")).unwrap().data == drawn);

@@ -82,6 +82,7 @@ fn main() -> ExitCode {
     match Cli::try_parse() {
         Err(refused) => report_arguments(&refused),
         Ok(cli) => {
+            terminal::listen(cli.quiet);
             let bars: &'static Bars = Box::leak(Box::new(Bars::new(cli.quiet)));
             let result = interrupt::watch(bars).and_then(|()| run(&cli, bars));
             result.unwrap_or_else(|error| {

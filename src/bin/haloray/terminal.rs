@@ -10,6 +10,27 @@ pub fn warn(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "warning: {text}");
 }
 
+/// Says on stderr what the library logs: notes unless `quiet`, warnings always.
+pub fn listen(quiet: bool) {
+    struct Listener;
+    impl log::Log for Listener {
+        fn enabled(&self, metadata: &log::Metadata) -> bool {
+            metadata.target().starts_with("haloray")
+        }
+        fn log(&self, record: &log::Record) {
+            match record.level() {
+                _ if !self.enabled(record.metadata()) => {}
+                log::Level::Error | log::Level::Warn => warn(record.args()),
+                _ => _ = writeln!(std::io::stderr(), "note: {}", record.args()),
+            }
+        }
+        fn flush(&self) {}
+    }
+    if log::set_logger(&Listener).is_ok() {
+        log::set_max_level(if quiet { log::LevelFilter::Warn } else { log::LevelFilter::Info });
+    }
+}
+
 /// Prints what a person reads beside the files of a run; its loss is no reason to call the run failed.
 pub fn print(text: &str) {
     let _ = print_result(text);

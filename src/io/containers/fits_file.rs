@@ -4,6 +4,7 @@ use std::path::Path;
 
 use fitskit::{BinTable, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
 
+use super::input_file;
 use super::provenance::Provenance;
 use crate::error::{Error, FileFault, Result};
 
@@ -21,7 +22,7 @@ const HISTORY_WIDTH: usize = 70;
 /// fitskit trusts headers and takes a truncated extension for the end of the file, so sizes and
 /// characters are checked here first.
 pub(crate) fn read(path: &Path) -> Result<Vec<Hdu>> {
-    let bytes = std::fs::read(path).map_err(Error::read(path))?;
+    let bytes = input_file::read(path)?;
     if bytes.is_empty() {
         return Err(Error::file(FileFault::UnknownFormat, path, "is empty, not a FITS file"));
     }

@@ -1,16 +1,15 @@
-//! HDF5 groups, datasets and attributes with fixed creation settings: same data, same bytes.
+//! HDF5 groups, datasets and attributes as they are written, with fixed creation settings: same data, same bytes.
 
 use std::path::Path;
 use std::str::FromStr;
 
 use hdf5::plist::group_create::LinkCreationOrder;
-use hdf5::types::{FixedAscii, FixedUnicode, StringError, TypeDescriptor, VarLenAscii, VarLenUnicode};
-use hdf5::{Container, Dataset, File, Group, IndexType, IterationOrder, Location, MinorErrorCode};
+use hdf5::types::{FixedUnicode, StringError, TypeDescriptor, VarLenUnicode};
+use hdf5::{Dataset, File, Group, Location};
 
 use super::attribute::AttributeValue;
 use super::provenance::Provenance;
-use super::table::Values;
-use crate::error::{Error, FileFault, Result};
+use crate::error::{Error, Result};
 
 /// Values in one compressed chunk: 1 MiB of f64.
 const CHUNK_LENGTH: usize = 1 << 17;
@@ -25,19 +24,6 @@ pub(crate) fn create(path: &Path) -> Result<File> {
         .with_fcpl(|p| p.obj_track_times(false).link_creation_order(LinkCreationOrder::Indexed))
         .create(path)
         .map_err(|error| Error::write(path, reason(&error)))
-}
-
-/// Opens a file for reading.
-pub(crate) fn open(path: &Path) -> Result<File> {
-    let read_error = Error::read(path);
-    let length = std::fs::File::open(path).and_then(|file| file.metadata()).map_err(read_error)?;
-    if length.is_dir() {
-        return Err(read_error(std::io::ErrorKind::IsADirectory.into()));
-    }
-    if length.len() == 0 {
-        return Err(Error::file(FileFault::UnknownFormat, path, "is empty, not an HDF5 file"));
-    }
-    File::open(path).map_err(|error| damaged(path, &error))
 }
 
 /// Flushes and closes a file; a full disk must not go unseen in a destructor.
@@ -59,14 +45,6 @@ pub(crate) fn group_or_new(path: &Path, file: &File, name: &str) -> Result<Group
         .map_err(failed)?;
     }
     Ok(group)
-}
-
-/// Names in a group, in the order of creation where the file keeps it.
-pub(crate) fn member_names(path: &Path, group: &Group) -> Result<Vec<String>> {
-    group
-        .member_names_by(IndexType::CreationOrder, IterationOrder::Increasing)
-        .or_else(|_| group.member_names())
-        .map_err(|error| damaged(path, &error))
 }
 
 /// Writes numbers of the given shape (rows first), shuffled and deflated.
@@ -170,40 +148,6 @@ where
     dataset.write_raw(&converted.map_err(|error| error.to_string())?)
 }
 
-/// The numbers or text in a dataset, in the order of the file.
-pub(crate) fn read_values(path: &Path, container: &Container) -> Result<Values> {
-    let kind = container.dtype().and_then(|dtype| dtype.to_descriptor());
-    let values = match kind.map_err(|error| damaged(path, &error))? {
-        TypeDescriptor::Float(_) => container.read_raw().map(Values::F64),
-        TypeDescriptor::Integer(_) => container.read_raw::<i64>().map(|v| Values::from_integers(&v)),
-        TypeDescriptor::Unsigned(_) => container.read_raw::<u64>().map(|v| Values::from_integers(&v)),
-        TypeDescriptor::Boolean => {
-            container.read_raw::<bool>().map(|v| Values::F64(v.into_iter().map(f64::from).collect()))
-        }
-        TypeDescriptor::VarLenUnicode => text::<VarLenUnicode>(container),
-        TypeDescriptor::VarLenAscii => text::<VarLenAscii>(container),
-        TypeDescriptor::FixedAscii(0..=32) => text::<FixedAscii<32>>(container),
-        TypeDescriptor::FixedAscii(33..=128) => text::<FixedAscii<128>>(container),
-        TypeDescriptor::FixedAscii(129..=LONGEST_FIXED) => text::<FixedAscii<LONGEST_FIXED>>(container),
-        TypeDescriptor::FixedUnicode(0..=32) => text::<FixedUnicode<32>>(container),
-        TypeDescriptor::FixedUnicode(33..=128) => text::<FixedUnicode<128>>(container),
-        TypeDescriptor::FixedUnicode(129..=LONGEST_FIXED) => text::<FixedUnicode<LONGEST_FIXED>>(container),
-        other => {
-            let problem =
-                format!("{} has type {other}; only numbers and text are supported", container.name());
-            return Err(Error::file(FileFault::Content, path, problem));
-        }
-    };
-    values.map_err(|error| damaged(path, &error))
-}
-
-/// Text may come from anywhere, so its bytes are checked, not trusted.
-fn text<T: hdf5::H5Type + AsRef<[u8]>>(container: &Container) -> hdf5::Result<Values> {
-    let raw = container.read_raw::<T>()?;
-    let text = raw.iter().map(|t| String::from_utf8_lossy(t.as_ref()).into_owned());
-    Ok(Values::Text(text.collect()))
-}
-
 /// Attaches an attribute to a file, group or dataset.
 pub(crate) fn write_attribute(path: &Path, to: &Location, name: &str, value: &AttributeValue) -> Result<()> {
     let failed = |problem: String| Error::write(path, format!("attribute {name}: {problem}"));
@@ -219,27 +163,6 @@ pub(crate) fn write_attribute(path: &Path, to: &Location, name: &str, value: &At
     written.map_err(|error| failed(reason(&error)))
 }
 
-/// The attribute of that name, if there is one.
-pub(crate) fn read_attribute(path: &Path, of: &Location, name: &str) -> Result<Option<AttributeValue>> {
-    let names = of.attr_names().map_err(|error| damaged(path, &error))?;
-    if !names.iter().any(|present| present == name) {
-        return Ok(None);
-    }
-    let attribute = of.attr(name).map_err(|error| damaged(path, &error))?;
-    let kind = attribute.dtype().and_then(|dtype| dtype.to_descriptor());
-    match kind.map_err(|error| damaged(path, &error))? {
-        TypeDescriptor::Integer(_) => attribute.read_scalar().map(AttributeValue::I64),
-        TypeDescriptor::Unsigned(_) => attribute.read_scalar().map(AttributeValue::U64),
-        _ => match read_values(path, &attribute)? {
-            Values::F64(values) if values.len() == 1 => Ok(AttributeValue::F64(values[0])),
-            Values::Text(values) if values.len() == 1 => Ok(AttributeValue::Text(values[0].clone())),
-            values => Err(format!("attribute {name} holds {} values, not one", values.len()).into()),
-        },
-    }
-    .map(Some)
-    .map_err(|error| damaged(path, &error))
-}
-
 /// Stores the provenance as attributes of the root group.
 pub(crate) fn write_provenance(path: &Path, file: &File, provenance: &Provenance) -> Result<()> {
     let text = |value: &String| AttributeValue::Text(value.clone());
@@ -249,21 +172,6 @@ pub(crate) fn write_provenance(path: &Path, file: &File, provenance: &Provenance
         write_attribute(path, file, "seed", &AttributeValue::U64(seed))?;
     }
     write_attribute(path, file, "config_toml", &text(&provenance.config_toml))
-}
-
-/// What a reader is told when HDF5 cannot make sense of a file.
-pub(crate) fn damaged(path: &Path, error: &hdf5::Error) -> Error {
-    if error.contains_minor(MinorErrorCode::NotHdf5) {
-        Error::file(FileFault::UnknownFormat, path, "is not an HDF5 file")
-    } else if error.contains_minor(MinorErrorCode::Truncated) {
-        Error::file(FileFault::Damaged, path, "is truncated: the end of the HDF5 file is missing")
-    } else {
-        Error::file(
-            FileFault::Damaged,
-            path,
-            format!("is damaged or not readable as HDF5: {}", reason(error)),
-        )
-    }
 }
 
 /// HDF5's innermost message, the one nearest to the cause.
@@ -301,32 +209,5 @@ mod tests {
         let group = group_or_new(&path, &file, "a/b").unwrap();
         let error = write_f64(&path, &group, "map", &[1.0, 2.0, 3.0], &[2, 2]).unwrap_err().to_string();
         assert!(error.contains("is 3, but must be that of the shape [2, 2]"), "{error}");
-    }
-
-    #[test]
-    fn text_of_any_length_survives() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("t.h5");
-        let file = create(&path).unwrap();
-        for length in [0, 1, 16, 17, 64, 65, 512, 513, 40_000] {
-            let text = vec!["λ".repeat(length), String::new(), " a b ".into()];
-            let dataset = write_text(&path, &file, &format!("t{length}"), &text).unwrap();
-            assert_eq!(read_values(&path, &dataset).unwrap(), Values::Text(text));
-        }
-        let error = write_text(&path, &file, "nul", &["a\0b".repeat(500)]).unwrap_err().to_string();
-        assert!(error.contains("dataset nul: "), "{error}");
-    }
-
-    #[test]
-    fn short_and_long_text_of_fixed_length_is_read() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("t.h5");
-        let file = create(&path).unwrap();
-        let short = FixedAscii::<5>::from_ascii(b"short").unwrap();
-        let long = FixedUnicode::<100>::from_str(&"λ".repeat(50)).unwrap();
-        let short = file.new_dataset_builder().with_data(&[short]).create("short").unwrap();
-        let long = file.new_dataset_builder().with_data(&[long]).create("long").unwrap();
-        assert_eq!(read_values(&path, &short).unwrap(), Values::Text(vec!["short".into()]));
-        assert_eq!(read_values(&path, &long).unwrap(), Values::Text(vec!["λ".repeat(50)]));
     }
 }

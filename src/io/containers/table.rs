@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
+use super::unit;
 use crate::error::{Error, Result};
 
 /// What a column holds.
@@ -41,6 +42,11 @@ impl Values {
 /// True where an f64 holds the integer to the last digit.
 pub(super) fn is_exact(integer: i128) -> bool {
     integer as f64 as i128 == integer
+}
+
+/// True for a number with a comma in place of its point.
+fn is_decimal_comma(text: &str) -> bool {
+    text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok()
 }
 
 /// One named column.
@@ -123,6 +129,37 @@ impl Table {
         &self.columns
     }
 
+    /// The table with these columns in haloray's own units, which their names end in: arcsec, solar masses, or none.
+    ///
+    /// A column that states no unit is taken to have its own. What was converted is logged in one line.
+    ///
+    /// # Errors
+    /// [`Error::Table`] for a unit that is not known or measures something else: column, unit and what is allowed.
+    pub fn in_own_units(mut self, names: &[&str]) -> Result<Self> {
+        let mut converted = Vec::new();
+        for i in 0..self.columns.len() {
+            let column = &self.columns[i];
+            let Some(stated) = column.unit.clone() else { continue };
+            if !names.iter().any(|name| name.eq_ignore_ascii_case(&column.name)) {
+                continue;
+            }
+            let place = format!("column {}", column.name);
+            let factor =
+                unit::factor(&column.name, &stated).map_err(|problem| self.fault(&place, problem))?;
+            let own = unit::own_unit(&column.name);
+            let column = &mut self.columns[i];
+            column.unit = Some(own.into()).filter(|own: &String| !own.is_empty());
+            if let (Values::F64(values), true) = (&mut column.values, factor != 1.0) {
+                values.iter_mut().for_each(|value| *value *= factor);
+                converted.push(format!("{} from {} to {own}", column.name, stated.trim()));
+            }
+        }
+        if !converted.is_empty() {
+            log::info!("{}: converted {}", self.path.display(), converted.join(", "));
+        }
+        Ok(self)
+    }
+
     /// Number of rows.
     pub fn row_count(&self) -> usize {
         self.columns.first().map_or(0, |column| column.values.len())
@@ -134,14 +171,24 @@ impl Table {
         exact.or_else(|| self.columns.iter().find(|column| column.name.eq_ignore_ascii_case(name)))
     }
 
+    /// The names of the columns for a message; a few of very many.
+    pub fn column_names(&self) -> String {
+        /// Names that still can be read in one message.
+        const LISTED: usize = 40;
+        let names: Vec<&str> = self.columns.iter().take(LISTED).map(|column| column.name.as_str()).collect();
+        match self.columns.len().saturating_sub(LISTED) {
+            0 => names.join(", "),
+            more => format!("{} and {more} more", names.join(", ")),
+        }
+    }
+
     /// The numbers of a column that must be there and finite.
     ///
     /// # Errors
     /// [`Error::Table`] with line (CSV) or row and column, and the columns present.
     pub fn required_f64(&self, name: &str) -> Result<&[f64]> {
         self.optional_f64(name)?.ok_or_else(|| {
-            let present: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
-            let problem = format!("is missing; the columns present are {}", present.join(", "));
+            let problem = format!("is missing; the columns present are {}", self.column_names());
             self.fault(&format!("column {name}"), problem)
         })
     }
@@ -156,10 +203,20 @@ impl Table {
             },
             Values::Text(values) => match values.iter().position(|text| text.parse::<f64>().is_err()) {
                 Some(row) if values[row].is_empty() => (row, "is empty; a number is wanted".into()),
-                Some(row) => (row, format!("{:?} is not a number", values[row])),
-                None => {
-                    (0, "holds integers of more digits than a number keeps; write them as 1.234e20".into())
+                Some(row) if is_decimal_comma(&values[row]) => {
+                    (row, format!("{:?} is not a number; write a decimal point", values[row]))
                 }
+                Some(row) => (row, format!("{:?} is not a number", values[row])),
+                None => match values.iter().position(|text| text.parse().is_ok_and(|i: i128| !is_exact(i))) {
+                    Some(row) => (
+                        row,
+                        format!("{} has more digits than a number keeps; write it as 1.234e20", values[row]),
+                    ),
+                    None => (
+                        0,
+                        format!("{:?} is a number written as text; store the column as numbers", values[0]),
+                    ),
+                },
             },
         };
         Err(self.fault_in_row(fault.0, name, fault.1))
@@ -228,6 +285,39 @@ mod tests {
         assert!(twice.contains("z, but must be different"), "{twice}");
         let ragged = Table::new(vec![z(), Column::f64("x", None, vec![])]).unwrap_err().to_string();
         assert!(ragged.contains("length of column x is 0, but must be 1"), "{ragged}");
+    }
+
+    #[test]
+    fn numbers_written_as_text_are_named_as_such() {
+        let fault = |texts: &[&str]| {
+            let column = Column::text("z", texts.iter().map(|text| text.to_string()).collect());
+            Table::new(vec![column]).unwrap().required_f64("z").map(drop).unwrap_err().to_string()
+        };
+        assert!(fault(&["0.5", "1"]).contains("row 1, column z: \"0.5\" is a number written as text"));
+        assert!(fault(&["0,5"]).contains("\"0,5\" is not a number; write a decimal point"));
+        assert!(
+            fault(&["1", "123456789012345678901"])
+                .contains("row 2, column z: 123456789012345678901 has more")
+        );
+    }
+
+    #[test]
+    fn only_the_columns_that_mean_something_are_converted() {
+        let columns = || {
+            vec![
+                Column::f64("theta_x_arcsec", Some("deg"), vec![1.0, -0.5]),
+                Column::f64("mine_arcsec", Some("furlong"), vec![1.0, 2.0]),
+                Column::f64("z", None, vec![0.5, 0.6]),
+            ]
+        };
+        let table = Table::new(columns()).unwrap().in_own_units(&["THETA_X_ARCSEC", "z"]).unwrap();
+        assert_eq!(table.columns()[0], Column::f64("theta_x_arcsec", Some("arcsec"), vec![3600.0, -1800.0]));
+        assert_eq!(table.columns()[1..], columns()[1..]);
+        let error = Table::new(columns()).unwrap().in_own_units(&["mine_arcsec"]).unwrap_err().to_string();
+        assert!(
+            error.contains("column mine_arcsec: has the unit 'furlong', but must be arcsec, arcmin"),
+            "{error}"
+        );
     }
 
     #[test]

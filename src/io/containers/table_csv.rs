@@ -1,44 +1,140 @@
 //! Tables as CSV: one header line, numbers in the shortest form that reads back to the same bits.
 
+use std::collections::{HashMap, HashSet};
 use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
 use rayon::prelude::*;
 
+use super::astropy_meta;
 use super::atomic_file::{check_writable, folder_of};
+use super::input_file;
 use super::provenance::Provenance;
 use super::staging::Staging;
 use super::table::{Column, Table, Values, is_exact};
 use crate::error::{Error, FileFault, Result, shortest};
 
-/// Reads a CSV table: lines that start with `#` and empty lines are skipped; spaces around fields,
-/// CRLF and a byte-order mark are tolerated; double quotes may enclose a field.
+/// Reads a CSV table as people, pandas, spreadsheets and astropy (ECSV) write it.
+///
+/// Lines that start with `#`, indented or not, and empty lines are skipped; spaces around fields, CRLF, a byte-order
+/// mark and commas after the last column are tolerated; double quotes may enclose a field; semicolons or tabs may
+/// separate; a first column of integers without a name, pandas' index, is left out. What was done is logged.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    let bytes = std::fs::read(path).map_err(Error::read(path))?;
+    let fault = |problem: &str| Err(Error::file(FileFault::UnknownFormat, path, problem));
+    let bytes = input_file::read(path)?;
     if bytes.is_empty() {
-        return Err(Error::file(
-            FileFault::UnknownFormat,
-            path,
-            "is empty; a header line with the column names is wanted first",
-        ));
+        return fault("is empty; a header line with the column names is wanted first");
     }
-    let text = String::from_utf8(bytes)
-        .map_err(|_| Error::file(FileFault::UnknownFormat, path, "is not a CSV file: not UTF-8 text"))?;
-    let text = text.trim_start_matches('\u{feff}');
-    let (names, fields, line_of_row) = split(path, text)?;
-    let columns = names.into_par_iter().zip(fields);
-    let columns = columns.map(|(name, fields)| Column { name, unit: None, values: typed(fields) }).collect();
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return fault("is UTF-16 text; save it as CSV in UTF-8");
+    }
+    let Ok(text) = String::from_utf8(bytes) else { return fault("is not a CSV file: not UTF-8 text") };
+    let text = flush_comments(text.trim_start_matches('\u{feff}'));
+    let ecsv = Ecsv::of(path, &text)?;
+    let separator = ecsv.as_ref().map_or_else(|| separator(&text), |ecsv| ecsv.separator);
+    let fields = split(path, &text, separator)?;
+    let (names, fields, line_of_row) = without_nameless(path, fields, separator)?;
+    let mut columns: Vec<Column> = names
+        .into_par_iter()
+        .zip(fields)
+        .map(|(name, fields)| Column { name, unit: None, values: typed(fields) })
+        .collect();
+    let units = ecsv.map_or_else(HashMap::new, |ecsv| ecsv.units);
+    for column in &mut columns {
+        column.unit = units.get(&column.name).cloned().flatten();
+    }
     Table::from_file(path, columns, line_of_row)
+}
+
+/// What the comments before an ECSV table say.
+struct Ecsv {
+    separator: u8,
+    units: HashMap<String, Option<String>>,
+}
+
+impl Ecsv {
+    fn of(path: &Path, text: &str) -> Result<Option<Self>> {
+        let comments = text.lines().map_while(|line| line.strip_prefix('#'));
+        let lines: Vec<&str> = comments.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect();
+        if !lines.first().is_some_and(|line| line.starts_with("%ECSV")) {
+            return Ok(None);
+        }
+        let units = astropy_meta::column_units(&lines)
+            .map_err(|problem| Error::file(FileFault::Damaged, path, format!("its ECSV header {problem}")))?;
+        let has_comma = lines.iter().any(|line| line.starts_with("delimiter:") && line.contains(','));
+        Ok(Some(Self { separator: if has_comma { b',' } else { b' ' }, units: units.into_iter().collect() }))
+    }
+}
+
+/// The same text with indented comments moved to the start of their lines, where the csv crate looks for them.
+fn flush_comments(text: &str) -> String {
+    let mut flushed = String::with_capacity(text.len());
+    let mut is_quoted = false;
+    for line in text.split_inclusive('\n') {
+        let rest = line.trim_start_matches([' ', '\t']);
+        if !is_quoted && rest.starts_with('#') {
+            flushed.push('#');
+            flushed.push_str(&line[..line.len() - rest.len()]);
+            flushed.push_str(&rest[1..]);
+        } else {
+            flushed.push_str(line);
+            is_quoted ^= line.matches('"').count() % 2 == 1;
+        }
+    }
+    flushed
+}
+
+/// The character between fields: a comma unless the header has none, but semicolons or else tabs.
+fn separator(text: &str) -> u8 {
+    let header =
+        text.lines().find(|line| !line.starts_with('#') && !line.trim().is_empty()).unwrap_or_default();
+    [b',', b';', b'\t'].into_iter().find(|&byte| header.contains(char::from(byte))).unwrap_or(b',')
 }
 
 /// Column names, the fields by column, and the line of each row.
 type Fields = (Vec<String>, Vec<Vec<String>>, Vec<u64>);
 
-fn split(path: &Path, text: &str) -> Result<Fields> {
+/// The table without columns that have no name: empty ones at the end, and pandas' index at the start.
+fn without_nameless(
+    path: &Path,
+    (mut names, mut fields, line_of_row): Fields,
+    separator: u8,
+) -> Result<Fields> {
+    let mut done = Vec::new();
+    match separator {
+        b';' => done.push("semicolons separate its columns"),
+        b'\t' => done.push("tabs separate its columns"),
+        _ => {}
+    }
+    let is_empty = |column: &Vec<String>| column.iter().all(String::is_empty);
+    while names.len() > 1 && names.last().is_some_and(String::is_empty) && fields.last().is_some_and(is_empty)
+    {
+        names.pop();
+        fields.pop();
+        done.push("the empty column at the end was left out");
+    }
+    let is_index = |column: &Vec<String>| column.iter().all(|field| field.parse::<i64>().is_ok());
+    if names.len() > 1 && names[0].is_empty() && is_index(&fields[0]) {
+        names.remove(0);
+        fields.remove(0);
+        done.push("the first column, an index without a name, was left out");
+    }
+    done.dedup();
+    if !done.is_empty() {
+        log::info!("{}: {}", path.display(), done.join("; "));
+    }
+    match names.iter().position(String::is_empty) {
+        Some(i) => Err(Error::table(path, "header", format!("column {} has no name", i + 1))),
+        None => Ok((names, fields, line_of_row)),
+    }
+}
+
+fn split(path: &Path, text: &str, separator: u8) -> Result<Fields> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
+        .delimiter(separator)
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
@@ -52,17 +148,22 @@ fn split(path: &Path, text: &str) -> Result<Fields> {
         })?;
         let start = record.position().map_or(0, csv::Position::byte) as usize;
         let line = lines.line_of_record(start);
+        if record.iter().all(str::is_empty) && (record.len() != 1 || names.len() != 1) {
+            continue; // a spreadsheet's empty row
+        }
         if names.is_empty() {
             names = record.iter().map(String::from).collect();
             check_names(path, line, &names)?;
             fields.resize(names.len(), Vec::new());
-        } else if record.len() != names.len() {
+            continue;
+        }
+        let surplus = record.iter().skip(names.len());
+        if record.len() < names.len() || surplus.clone().any(|field| !field.is_empty()) {
             let problem = format!("has {} fields, but the header has {}", record.len(), names.len());
             return Err(Error::table(path, format!("line {line}"), problem));
-        } else {
-            record.iter().zip(&mut fields).for_each(|(field, column)| column.push(field.into()));
-            line_of_row.push(line);
         }
+        record.iter().zip(&mut fields).for_each(|(field, column)| column.push(field.into()));
+        line_of_row.push(line);
     }
     if names.is_empty() {
         return Err(Error::file(
@@ -81,15 +182,11 @@ fn check_names(path: &Path, line: u64, names: &[String]) -> Result<()> {
             "the first line must hold the column names, without a leading '#', but holds numbers".into(),
         );
     }
-    for (i, name) in names.iter().enumerate() {
-        if name.is_empty() {
-            return fault(format!("column {} has no name", i + 1));
-        }
-        if names[..i].contains(name) {
-            return fault(format!("two columns are called {name}"));
-        }
+    let mut known = HashSet::new();
+    match names.iter().find(|name| !name.is_empty() && !known.insert(name.as_str())) {
+        Some(name) => fault(format!("two columns are called {name}")),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Counts lines up to a record; the csv crate counts a record from the comments before it.
@@ -207,6 +304,44 @@ mod tests {
     }
 
     #[test]
+    fn tables_of_pandas_spreadsheets_and_astropy_are_read() {
+        for text in [
+            ",z,note\n0,0.5,a\n1,0.6,b\n",
+            "z,note,\n0.5,a,\n0.6,b,\n",
+            "z,note\n0.5,a,,\n0.6,b,\n",
+            "z,note,,\n0.5,a,,\n0.6,b,,\n,,,\n",
+            "  # made by hand, \"so\"\nz,note\n\t# more\n0.5,a\n0.6,b\n",
+            "\"z\",\"note\"\r\n\"0.5\",\"a\"\r\n\"0.6\",\"b\"\r\n",
+            "z;note\n0.5;a\n0.6;b\n",
+            "z\tnote\n0.5\ta\n0.6\tb\n",
+            "# %ECSV 1.0\n# ---\n# datatype:\n# - {name: z, datatype: float64}\n# - {name: note, datatype: string}\nz note\n0.5 a\n0.6 b\n",
+            "# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n# - {name: z, datatype: float64}\nz,note\n0.5,a\n0.6,b\n",
+        ] {
+            let (_, table) = read_text(text);
+            let table = table.unwrap_or_else(|error| panic!("{text}: {error}"));
+            assert_eq!(table.required_f64("z").unwrap(), [0.5, 0.6], "{text}");
+            assert_eq!(table.columns()[1], Column::text("note", vec!["a".into(), "b".into()]), "{text}");
+            assert_eq!(table.columns().len(), 2, "{text}");
+        }
+    }
+
+    #[test]
+    fn the_units_of_ecsv_are_kept() {
+        let text = "# %ECSV 1.0\n# ---\n# datatype:\n# - {name: x_arcsec, unit: deg, datatype: float64}\nx_arcsec\n0.5\n";
+        assert_eq!(read_text(text).1.unwrap().columns()[0].unit.as_deref(), Some("deg"));
+        let (_, damaged) = read_text(text.replace("datatype:", "type:"));
+        assert!(damaged.unwrap_err().to_string().contains("its ECSV header has no list datatype"));
+    }
+
+    #[test]
+    fn a_hundred_thousand_columns_are_no_riddle() {
+        let header: Vec<String> = (0..100_000).map(|i| format!("c{i}")).collect();
+        let text = format!("{}\n{}\n", header.join(","), vec!["1"; header.len()].join(","));
+        let message = fault(text);
+        assert!(message.len() < 600 && message.ends_with("c39 and 99960 more"), "{message}");
+    }
+
+    #[test]
     fn every_fault_names_its_line_and_column() {
         let rows = "z,x\n0.1,1\n# note\n\n0.2,2\n";
         for (tail, expected) in [
@@ -232,8 +367,11 @@ mod tests {
             (b"z,x\n", "table: has no rows"),
             (b"x,y\n1,2\n", "column z: is missing; the columns present are x, y"),
             (b"z,x,z\n1,2,3\n", "line 1: two columns are called z"),
-            (b"z,,x\n1,2,3\n", "line 1: column 2 has no name"),
+            (b"z,,x\n1,2,3\n", "header: column 2 has no name"),
             (b"\x89HDF\r\n\xff\xfe", "is not a CSV file: not UTF-8 text"),
+            (b"\xff\xfez\0,\0", "is UTF-16 text; save it as CSV in UTF-8"),
+            (b"z;x\n0,5;1\n", "line 2, column z: \"0,5\" is not a number; write a decimal point"),
+            (b",z\n0.1,2\n", "header: column 1 has no name"),
             (
                 b"# z,x\n0.5,1\n",
                 "line 2: the first line must hold the column names, without a leading '#', but holds numbers",

@@ -8,7 +8,7 @@ use super::{atomic_file, table_csv, table_fits, table_hdf5};
 use crate::error::{Error, FileFault, Result};
 
 impl Table {
-    /// Reads a table; `.csv`, `.h5`/`.hdf5` or `.fits`/`.fit` decides the format.
+    /// Reads a table; `.csv`/`.ecsv`, `.h5`/`.hdf5` or `.fits`/`.fit` decides the format, also before `.gz`.
     ///
     /// `group` names the HDF5 group or FITS extension to prefer (`"haloes"`); where it is
     /// missing the only one in the file is taken.
@@ -29,7 +29,7 @@ impl Table {
     /// # Errors
     /// [`Error::File`] for another extension, [`Error::OutputPlace`], [`Error::Write`].
     pub fn write(&self, path: &Path, group: &str, provenance: &Provenance) -> Result<()> {
-        match Format::of(path)? {
+        match Format::to_write(path)? {
             Format::Csv => table_csv::write(self, path, provenance),
             Format::Hdf5 => {
                 atomic_file::write_atomically(path, |p| table_hdf5::write(self, p, group, provenance))
@@ -42,7 +42,7 @@ impl Table {
 
     /// Checks that a table could be written to `path`: known extension, writable place.
     pub fn check_target(path: &Path) -> Result<()> {
-        Format::of(path)?;
+        Format::to_write(path)?;
         atomic_file::check_writable(path)
     }
 }
@@ -55,18 +55,29 @@ enum Format {
 }
 
 impl Format {
+    /// The format to read: what stands before `.gz` counts.
     fn of(path: &Path) -> Result<Self> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        let is_packed = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+        let name = if is_packed { path.with_extension("") } else { path.into() };
+        let extension = name.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
-            Some("csv") => Ok(Self::Csv),
+            Some("csv" | "ecsv") => Ok(Self::Csv),
             Some("h5" | "hdf5") => Ok(Self::Hdf5),
             Some("fits" | "fit") => Ok(Self::Fits),
-            _ => Err(Error::file(
-                FileFault::UnknownFormat,
-                path,
-                "the extension does not name a table format; allowed: .csv, .h5, .hdf5, .fits, .fit",
-            )),
+            _ => Err(Self::unknown(path)),
         }
+    }
+
+    /// The format to write: the same without gzip, and without the header of ECSV.
+    fn to_write(path: &Path) -> Result<Self> {
+        let is_read_only =
+            |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
+        if is_read_only("gz") || is_read_only("ecsv") { Err(Self::unknown(path)) } else { Self::of(path) }
+    }
+
+    fn unknown(path: &Path) -> Error {
+        let problem = "the extension does not name a table format; allowed: .csv, .h5, .hdf5, .fits, .fit";
+        Error::file(FileFault::UnknownFormat, path, problem)
     }
 }
 

@@ -1,24 +1,40 @@
-//! Tables as HDF5: a named group with one dataset a column, each with its unit.
+//! Tables as HDF5: a named group with one dataset a column, each with its unit; records, as astropy and h5py write them, are read too.
 
+use std::collections::HashMap;
 use std::path::Path;
 
-use hdf5::{Dataset, Group};
+use hdf5_reader::group::Group;
+use hdf5_reader::{Dataset, Datatype};
 
+use super::astropy_meta;
 use super::attribute::AttributeValue;
 use super::hdf5_objects as objects;
+use super::hdf5_reading as reading;
 use super::provenance::Provenance;
 use super::table::{Column, Table, Values};
 use crate::error::{Error, FileFault, Result};
 
-/// Reads the group of that name; where it is missing, the datasets of the root or the only group.
-pub(super) fn read(path: &Path, group_name: &str) -> Result<Table> {
-    let file = objects::open(path)?;
-    let group = choose_group(path, &file, group_name)?;
-    let mut columns: Vec<Column> = Vec::new();
-    for name in objects::member_names(path, &group)? {
-        let Ok(dataset) = group.dataset(&name) else { continue };
-        columns.push(read_column(path, name, &dataset)?);
-    }
+/// What astropy appends to a table's name for the dataset that describes its columns.
+const ASTROPY_META: &str = ".__table_column_meta__";
+
+/// Reads the group of that name, or the dataset of records; where it is missing, the datasets of the root or the only
+/// group or records.
+pub(super) fn read(path: &Path, wanted: &str) -> Result<Table> {
+    let file = reading::open(path)?;
+    let root = file.root_group().map_err(|error| reading::damaged(path, &error))?;
+    let (groups, datasets) = reading::members(path, &root)?;
+    let columns = match choose(path, wanted, &groups, &datasets)? {
+        Place::Records(records) => read_records(path, records, &datasets)?,
+        Place::Root => read_columns(path, &datasets)?,
+        Place::Group(group) => {
+            let (_, members) = reading::members(path, group)?;
+            match members.as_slice() {
+                // PyTables keeps a table so.
+                [only] if is_records(only) => read_records(path, only, &members)?,
+                members => read_columns(path, members)?,
+            }
+        }
+    };
     for column in &columns {
         let (rows, wanted) = (column.values.len(), columns[0].values.len());
         if rows != wanted {
@@ -29,47 +45,111 @@ pub(super) fn read(path: &Path, group_name: &str) -> Result<Table> {
     Table::from_file(path, columns, Vec::new())
 }
 
-fn choose_group(path: &Path, file: &hdf5::File, wanted: &str) -> Result<Group> {
-    let damaged = |error: hdf5::Error| objects::damaged(path, &error);
-    let root = file.group("/").map_err(damaged)?;
-    let names = objects::member_names(path, &root)?;
-    if let Ok(group) = root.group(wanted) {
-        return Ok(group);
+/// Where in a file the table is.
+enum Place<'a> {
+    Group(&'a Group),
+    Records(&'a Dataset),
+    Root,
+}
+
+fn choose<'a>(path: &Path, wanted: &str, groups: &'a [Group], datasets: &'a [Dataset]) -> Result<Place<'a>> {
+    if let Some(group) = groups.iter().find(|group| group.name() == wanted) {
+        return Ok(Place::Group(group));
     }
-    if root.dataset(wanted).is_ok() {
-        let problem = format!("/{wanted} is one dataset; a group with one dataset a column is wanted");
-        return Err(Error::file(FileFault::Content, path, problem));
-    }
-    let groups: Vec<&String> = names.iter().filter(|name| root.group(name).is_ok()).collect();
-    let has_datasets = names.iter().any(|name| root.dataset(name).is_ok());
-    match (has_datasets, groups.as_slice()) {
-        (true, _) => Ok(root),
-        (false, [only]) => root.group(only).map_err(damaged),
-        (false, []) => {
-            Err(Error::file(FileFault::Content, path, format!("holds no group /{wanted} and no datasets")))
+    let records: Vec<&Dataset> = datasets.iter().filter(|dataset| is_records(dataset)).collect();
+    let fault = |problem: String| Err(Error::file(FileFault::Content, path, problem));
+    match datasets.iter().find(|dataset| dataset.name() == wanted) {
+        Some(dataset) if is_records(dataset) => return Ok(Place::Records(dataset)),
+        Some(_) => {
+            return fault(format!(
+                "/{wanted} is one dataset of single values; a group with one dataset a column, or records, is wanted"
+            ));
         }
-        (false, several) => {
-            let list: Vec<String> = several.iter().map(|name| format!("/{name}")).collect();
-            Err(Error::file(
-                FileFault::Content,
-                path,
-                format!("holds no group /{wanted}; the groups are {}", list.join(", ")),
-            ))
+        None => {}
+    }
+    match (records.as_slice(), groups, datasets) {
+        ([only], ..) => Ok(Place::Records(only)),
+        ([], _, [_, ..]) => Ok(Place::Root),
+        ([], [only], []) => Ok(Place::Group(only)),
+        ([], [], []) => fault(format!("holds no group /{wanted} and no datasets")),
+        ([], several, []) => {
+            let list: Vec<String> = several.iter().map(|group| format!("/{}", group.name())).collect();
+            fault(format!("holds no group /{wanted}; the groups are {}", list.join(", ")))
+        }
+        (several, ..) => {
+            let list: Vec<String> = several.iter().map(|dataset| format!("/{}", dataset.name())).collect();
+            fault(format!("holds no table /{wanted}; the tables are {}", list.join(", ")))
         }
     }
 }
 
-fn read_column(path: &Path, name: String, dataset: &Dataset) -> Result<Column> {
-    if dataset.ndim() != 1 {
-        let problem = format!("has shape {:?}; a column has one dimension", dataset.shape());
-        return Err(Error::table(path, format!("column {name}"), problem));
-    }
-    let unit = match objects::read_attribute(path, dataset, "unit")? {
-        Some(AttributeValue::Text(unit)) if !unit.is_empty() => Some(unit),
-        _ => None,
+fn is_records(dataset: &Dataset) -> bool {
+    matches!(dataset.dtype(), Datatype::Compound { .. })
+}
+
+fn read_columns(path: &Path, datasets: &[Dataset]) -> Result<Vec<Column>> {
+    let column = |dataset: &Dataset| {
+        let name = dataset.name().to_string();
+        check_one_dimension(path, dataset)?;
+        let unit = match stated_units(path, dataset)?.as_slice() {
+            [] => None,
+            [unit] => Some(unit.clone()),
+            several => {
+                let problem = format!("states several units: {}", several.join(", "));
+                return Err(Error::table(path, format!("column {name}"), problem));
+            }
+        };
+        Ok(Column { unit, values: reading::read_values(path, dataset)?, name })
     };
-    let values = objects::read_values(path, dataset)?;
-    Ok(Column { name, unit, values })
+    datasets.iter().map(column).collect()
+}
+
+/// The fields of records as columns; units from astropy's description beside them or an attribute with one a field.
+fn read_records(path: &Path, dataset: &Dataset, beside: &[Dataset]) -> Result<Vec<Column>> {
+    check_one_dimension(path, dataset)?;
+    let mut units: HashMap<String, Option<String>> = HashMap::new();
+    let meta = format!("{}{ASTROPY_META}", dataset.name());
+    let stated = stated_units(path, dataset)?;
+    let fields = reading::read_fields(path, dataset)?;
+    if let Some(meta) = beside.iter().find(|other| other.name() == meta) {
+        let Values::Text(lines) = reading::read_values(path, meta)? else {
+            return Err(Error::file(FileFault::Damaged, path, format!("{} holds no text", meta.name())));
+        };
+        let lines: Vec<&str> = lines.iter().flat_map(|line| line.lines()).collect();
+        let described = astropy_meta::column_units(&lines);
+        units.extend(described.map_err(|problem| {
+            Error::file(FileFault::Damaged, path, format!("{} {problem}", meta.name()))
+        })?);
+    } else if stated.len() == fields.len() {
+        units.extend(fields.iter().zip(stated).map(|((name, _), unit)| (name.clone(), Some(unit))));
+    } else if !stated.is_empty() {
+        let problem = format!("states {} units for {} columns", stated.len(), fields.len());
+        return Err(Error::table(path, "attribute unit", problem));
+    }
+    let column = |(name, values)| Column { unit: units.remove(&name).flatten(), name, values };
+    Ok(fields.into_iter().map(column).collect())
+}
+
+fn check_one_dimension(path: &Path, dataset: &Dataset) -> Result<()> {
+    if dataset.ndim() == 1 {
+        return Ok(());
+    }
+    let problem = format!("has shape {:?}; a column has one dimension", dataset.shape());
+    Err(Error::table(path, format!("column {}", dataset.name()), problem))
+}
+
+/// What the attributes `unit` and `units` say, without what is said twice.
+fn stated_units(path: &Path, dataset: &Dataset) -> Result<Vec<String>> {
+    let attributes = dataset.attributes();
+    let is_unit = |name: &str| ["unit", "units"].iter().any(|unit| name.eq_ignore_ascii_case(unit));
+    let mut stated: Vec<Vec<String>> = Vec::new();
+    for attribute in attributes.iter().filter(|attribute| is_unit(&attribute.name)) {
+        let texts = reading::attribute_texts(path, attribute)?;
+        if texts.iter().any(|text| !text.trim().is_empty()) && !stated.contains(&texts) {
+            stated.push(texts);
+        }
+    }
+    Ok(stated.concat())
 }
 
 /// Writes the table into a new file at `path`.
@@ -176,7 +256,10 @@ mod tests {
         let (_folder, path) = foreign(&[]);
         assert_eq!(fault(&path), "FILE: holds no group /haloes and no datasets");
         let (_folder, path) = foreign(&[("haloes", &[1.0])]);
-        assert_eq!(fault(&path), "FILE: /haloes is one dataset; a group with one dataset a column is wanted");
+        assert_eq!(
+            fault(&path),
+            "FILE: /haloes is one dataset of single values; a group with one dataset a column, or records, is wanted"
+        );
     }
 
     #[test]

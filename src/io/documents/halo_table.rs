@@ -27,6 +27,8 @@ const ANGLES_AGAINST_MASSES: f64 = 0.01;
 
 /// Reads a halo table (CSV, HDF5, FITS) for a source at `z_source`.
 ///
+/// A unit that a column states is converted to the one in its name, or refused.
+///
 /// Columns `z,theta_x_arcsec,theta_y_arcsec` and either `r_s_arcsec,alpha_rs_arcsec` (reduced to that source) or
 /// `m200c_msun,c200c`; where both are present the angles are taken, and must agree with the masses.
 ///
@@ -37,7 +39,7 @@ pub fn read_haloes(path: &Path, z_source: f64, background: &Background) -> Resul
 }
 
 fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatalogue> {
-    let table = Table::read(path, HALOES_GROUP)?;
+    let table = Table::read(path, HALOES_GROUP)?.in_own_units(&KNOWN)?;
     let column = |name: &str| table.required_f64(name).map(<[f64]>::to_vec);
     let optional = |name: &str| table.optional_f64(name).map(|c| c.map(<[f64]>::to_vec));
     let (m200c_msun, c200c) = (optional("m200c_msun")?, optional("c200c")?);
@@ -45,10 +47,9 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
     let masses = match (by_angles, m200c_msun.clone(), c200c.clone()) {
         (false, Some(m200c_msun), Some(c200c)) => HaloMasses::Physical { m200c_msun, c200c },
         (false, ..) => {
-            let present: Vec<&str> = table.columns().iter().map(|c| c.name.as_str()).collect();
             let problem = format!(
                 "has neither r_s_arcsec,alpha_rs_arcsec nor m200c_msun,c200c; the columns present are {}",
-                present.join(", ")
+                table.column_names()
             );
             return Err(table.fault("table", problem));
         }

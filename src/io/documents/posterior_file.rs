@@ -7,7 +7,8 @@ use hdf5::{Datatype, File, Group};
 use crate::error::{Error, Result};
 use crate::inference::sample::{Chain, Chains};
 use crate::io::containers::{
-    AttributeValue, Provenance, Values, hdf5_objects as objects, netcdf_objects as netcdf,
+    AttributeValue, Provenance, Values, hdf5_objects as objects, hdf5_reading as reading,
+    netcdf_objects as netcdf,
 };
 
 /// Group of the parameters, as ArviZ names it.
@@ -118,20 +119,22 @@ impl Writer<'_> {
 /// # Errors
 /// [`Error::Read`] or [`Error::File`].
 pub fn read_posterior(path: &Path) -> Result<Vec<PosteriorVariable>> {
-    let file = objects::open(path)?;
-    let group = file.group(POSTERIOR).map_err(|error| objects::damaged(path, &error))?;
+    let file = reading::open(path)?;
+    let group = file.group(POSTERIOR).map_err(|error| reading::damaged(path, &error))?;
     let mut variables = Vec::new();
-    for name in objects::member_names(path, &group)? {
-        let dataset = group.dataset(&name).map_err(|error| objects::damaged(path, &error))?;
-        let shape = dataset.shape();
-        let [_, length] = shape[..] else { continue };
-        let Values::F64(values) = objects::read_values(path, &dataset)? else { continue };
-        let text = |attribute: &str| match objects::read_attribute(path, &dataset, attribute)? {
-            Some(AttributeValue::Text(text)) => Ok::<String, Error>(text),
-            _ => Ok(String::new()),
+    for dataset in reading::members(path, &group)?.1 {
+        let [_, length] = dataset.shape()[..] else { continue };
+        let Values::F64(values) = reading::read_values(path, &dataset)? else { continue };
+        let text = |name: &str| match dataset.attribute(name) {
+            Ok(attribute) => match reading::attribute_value(path, &attribute)? {
+                AttributeValue::Text(text) => Ok::<String, Error>(text),
+                _ => Ok(String::new()),
+            },
+            Err(_) => Ok(String::new()),
         };
-        let draws = values.chunks(length.max(1)).map(<[f64]>::to_vec).collect();
-        variables.push(PosteriorVariable { unit: text("unit")?, label: text("label")?, name, draws });
+        let draws = values.chunks((length as usize).max(1)).map(<[f64]>::to_vec).collect();
+        let (unit, label) = (text("unit")?, text("label")?);
+        variables.push(PosteriorVariable { unit, label, name: dataset.name().into(), draws });
     }
     Ok(variables)
 }
@@ -167,7 +170,7 @@ mod tests {
         write_posterior(&path, &provenance, &variables, &chains(), &attributes).unwrap();
         assert_eq!(read_posterior(&path).unwrap(), variables);
 
-        let file = objects::open(&path).unwrap();
+        let file = hdf5::File::open(&path).unwrap();
         let dataset = |name: &str| file.dataset(name).unwrap();
         assert_eq!(dataset("sample_stats/tree_depth").read_raw::<i64>().unwrap(), [3, 10, 2, 3, 10, 2]);
         assert_eq!(dataset("sample_stats/diverging").read_raw::<i8>().unwrap(), [0, 1, 0, 0, 1, 0]);

@@ -11,6 +11,9 @@ const POINTS_GROUP: &str = "points";
 /// Name of the HDF5 group or FITS extension with traced rays.
 pub const RAYS_GROUP: &str = "rays";
 
+/// The columns of a point.
+const COLUMNS: [&str; 2] = ["theta_x_arcsec", "theta_y_arcsec"];
+
 /// A table of directions, and what else it held.
 #[derive(Debug, Clone)]
 pub struct Points {
@@ -25,15 +28,16 @@ const JACOBIAN: [&str; 4] = ["a_xx", "a_xy", "a_yx", "a_yy"];
 /// Names of the second derivatives, b_ijk = ∂²β_i/∂θ_j∂θ_k.
 const SECOND: [&str; 6] = ["b_xxx", "b_xxy", "b_xyy", "b_yxx", "b_yxy", "b_yyy"];
 
-/// Reads `theta_x_arcsec,theta_y_arcsec` and keeps all other columns.
+/// Reads `theta_x_arcsec,theta_y_arcsec`, in arcsec or in the unit that they state, and keeps all other columns.
 ///
 /// # Errors
-/// As [`Table::read`] and [`Table::required_f64`].
+/// As [`Table::read`], [`Table::in_own_units`] and [`Table::required_f64`].
 pub fn read_points(path: &Path) -> Result<Points> {
     let of_points = |error: Error| error.in_table(TableKind::Points);
-    let table = Table::read(path, POINTS_GROUP).map_err(of_points)?;
-    let column = |name| table.required_f64(name).map_err(of_points);
-    let [x, y] = [column("theta_x_arcsec")?, column("theta_y_arcsec")?];
+    let table = Table::read(path, POINTS_GROUP).and_then(|table| table.in_own_units(&COLUMNS));
+    let table = table.map_err(of_points)?;
+    let [x, y] = COLUMNS.map(|name| table.required_f64(name).map_err(of_points));
+    let [x, y] = [x?, y?];
     let theta_arcsec = x.iter().zip(y).map(|(x, y)| [*x, *y]).collect();
     Ok(Points { theta_arcsec, table })
 }

@@ -8,7 +8,7 @@ use crate::config::Config;
 use crate::diagnostics::{CriticalCurve, CriticalCurves, CurveKind, HaloTidal, TidalMaps};
 use crate::error::Result;
 use crate::imaging::Exposure;
-use crate::io::containers::{Column, Provenance, RunFile, Values};
+use crate::io::containers::{Column, Provenance, RunFile, RunFileReader, Values};
 use crate::pipeline::{Haloes, Quantities, Simulation, SingleHaloes, Summary, View};
 
 /// Writes config, haloes, mass function, diagnostics, maps and images of a run.
@@ -156,7 +156,7 @@ pub fn write_curves(
 ///
 /// # Errors
 /// [`crate::Error::File`] when the group is not of that form.
-pub fn read_curves(file: &RunFile, group: &str) -> Result<CriticalCurves> {
+pub fn read_curves(file: &RunFileReader, group: &str) -> Result<CriticalCurves> {
     let column = |name: &str| file.read_1d(group, name);
     let pair = |a: &str, b: &str| -> Result<Vec<[f64; 2]>> {
         Ok(column(a)?.into_iter().zip(column(b)?).map(|(x, y)| [x, y]).collect())
