@@ -6,7 +6,7 @@ use crate::config::LineOfSightConfig;
 use crate::cosmology::Background;
 use crate::error::{Result, TableKind};
 use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
-use crate::io::containers::{Column, Provenance, RunFile, Table, Values};
+use crate::io::containers::{Column, Provenance, RunFileReader, Table, Values};
 
 /// Name of the HDF5 group or FITS extension with haloes.
 pub const HALOES_GROUP: &str = "haloes";
@@ -84,7 +84,7 @@ pub fn read_line_of_sight(path: &Path) -> Option<LineOfSightConfig> {
     if !["h5", "hdf5"].iter().any(|own| extension.eq_ignore_ascii_case(own)) {
         return None;
     }
-    let config = RunFile::open(path).ok()?.provenance().ok()?.config_toml;
+    let config = RunFileReader::open(path).ok()?.provenance().ok()?.config_toml;
     config.parse::<toml::Table>().ok()?.remove("line_of_sight")?.try_into().ok()
 }
 
