@@ -1,21 +1,19 @@
 //! The axes of a panel and what is written around it: frame, ticks on all four sides, numbers, labels.
 
 use super::colour::Stroke;
-use super::layout::{Placed, lying_bar_pt};
-use super::panel::{Axis, Side};
+use super::layout::Placed;
+use super::panel::Axis;
 use super::scale::Span;
-use super::style::{
-    self, CAPTION_PT, FRAME, HALF_DIGIT, LABEL_GAP_PT, LABEL_PT, LINE_HEIGHT, SMALL_PT, TICK_GAP_PT,
-};
-use super::svg::{Anchor, Svg, TextStyle, number};
-use super::ticks::with_exponent;
+use super::style::{self, CAPTION_PT, FRAME, HALF_DIGIT, LABEL_GAP_PT, LABEL_PT, SMALL_PT, TICK_GAP_PT};
+use super::svg::{Anchor, Svg, TextStyle, number, point};
+use super::ticks::{Ticks, with_exponent};
 
 const TICK_WIDTH_PT: f64 = 0.5;
 const MAJOR_PT: f64 = 3.6;
 const MINOR_PT: f64 = 2.0;
 
-/// Draws frame, ticks, numbers, axis labels and title.
-pub(super) fn draw(svg: &mut Svg, place: &Placed) {
+/// Draws frame, ticks, numbers, axis labels and captions.
+pub fn draw(svg: &mut Svg, place: &Placed) {
     ticks(svg, place);
     svg.stroked_rect(place.frame, FRAME);
     numbers(svg, place);
@@ -23,24 +21,21 @@ pub(super) fn draw(svg: &mut Svg, place: &Placed) {
 }
 
 fn ticks(svg: &mut Svg, place: &Placed) {
-    let Placed { panel, frame, x, y, .. } = place;
+    let Placed { panel, frame, x, y, x_ticks, y_ticks, .. } = place;
+    let below = |at, length: f64| format!("M{}v{}", point((at, frame.bottom())), number(-length));
+    let above = |at, length| format!("M{}v{}", point((at, frame.y)), number(length));
+    let left = |at, length| format!("M{}h{}", point((frame.x, at)), number(length));
+    let right = |at, length: f64| format!("M{}h{}", point((frame.right(), at)), number(-length));
+    type Side<'a> = &'a dyn Fn(f64, f64) -> String;
+    let x_above = panel.top.as_ref().map_or(x_ticks, |top| &top.ticks);
+    let axes: [(&Ticks, &Span, &[Side]); 3] =
+        [(x_ticks, x, &[&below]), (x_above, x, &[&above]), (y_ticks, y, &[&left, &right])];
     let mut path = String::new();
-    let mut tick = |x: f64, y: f64, direction: char, length: f64| {
-        path.push_str(&format!("M{} {}{direction}{}", number(x), number(y), number(length)));
-    };
-    let majors = |ticks: &[(f64, String)]| -> Vec<f64> { ticks.iter().map(|(value, _)| *value).collect() };
-    let below = (majors(&place.x_ticks.major), place.x_ticks.minor.clone());
-    let above = panel.top.as_ref().map_or(below.clone(), |top| (majors(&top.major), top.minor.clone()));
-    let beside = (majors(&place.y_ticks.major), place.y_ticks.minor.clone());
-    for (values, length) in [(&below.0, MAJOR_PT), (&below.1, MINOR_PT)] {
-        places(x, values).for_each(|at| tick(at, frame.bottom(), 'v', -length));
-    }
-    for (values, length) in [(&above.0, MAJOR_PT), (&above.1, MINOR_PT)] {
-        places(x, values).for_each(|at| tick(at, frame.y, 'v', length));
-    }
-    for (values, length) in [(&beside.0, MAJOR_PT), (&beside.1, MINOR_PT)] {
-        places(y, values).for_each(|at| tick(frame.x, at, 'h', length));
-        places(y, values).for_each(|at| tick(frame.right(), at, 'h', -length));
+    for (ticks, span, sides) in axes {
+        let major: Vec<f64> = ticks.major.iter().map(|(value, _)| *value).collect();
+        for (values, length) in [(&major, MAJOR_PT), (&ticks.minor, MINOR_PT)] {
+            sides.iter().for_each(|side| path.extend(places(span, values).map(|at| side(at, length))));
+        }
     }
     svg.stroked_path(&path, Stroke::solid(panel.tick_colour, TICK_WIDTH_PT));
 }
@@ -53,23 +48,22 @@ fn places<'a>(span: &'a Span, values: &'a [f64]) -> impl Iterator<Item = f64> + 
 
 fn numbers(svg: &mut Svg, place: &Placed) {
     let Placed { panel, frame, x, y, .. } = place;
+    let mut write = |at: (f64, f64), label: &str, anchor| svg.text(at, label, style::text(SMALL_PT, anchor));
     if panel.x.tick_labels {
         let baseline = frame.bottom() + TICK_GAP_PT + SMALL_PT;
         for (value, label) in &place.x_ticks.major {
-            let at = x.at(*value).unwrap_or(frame.x);
-            svg.text((at, baseline), label, style::text(SMALL_PT, Anchor::Middle));
+            write((x.at(*value).unwrap_or(frame.x), baseline), label, Anchor::Middle);
         }
     }
     if panel.y.tick_labels {
         for (value, label) in &place.y_ticks.major {
             let baseline = y.at(*value).unwrap_or(frame.y) + HALF_DIGIT * SMALL_PT;
-            svg.text((frame.x - TICK_GAP_PT, baseline), label, style::text(SMALL_PT, Anchor::End));
+            write((frame.x - TICK_GAP_PT, baseline), label, Anchor::End);
         }
     }
     if let Some(top) = &panel.top {
-        for (value, label) in top.major.iter().filter(|(value, _)| x.contains(*value)) {
-            let at = x.at(*value).unwrap_or(frame.x);
-            svg.text((at, frame.y - TICK_GAP_PT), label, style::text(SMALL_PT, Anchor::Middle));
+        for (value, label) in top.ticks.major.iter().filter(|(value, _)| x.contains(*value)) {
+            write((x.at(*value).unwrap_or(frame.x), frame.y - TICK_GAP_PT), label, Anchor::Middle);
         }
     }
 }
@@ -91,22 +85,12 @@ fn labels(svg: &mut Svg, place: &Placed) {
 
     let mut above = frame.y - LABEL_GAP_PT - 0.2 * LABEL_PT;
     for caption in panel.captions.iter().rev() {
-        let x = match caption.anchor {
-            Anchor::Start => frame.x,
-            Anchor::Middle => middle_x,
-            Anchor::End => frame.right(),
-        };
+        let x = if caption.anchor == Anchor::Start { frame.x } else { frame.right() };
         let caption_style = TextStyle { colour: caption.colour, ..style::text(SMALL_PT, caption.anchor) };
         svg.text((x, above), &caption.text, caption_style);
         above -= CAPTION_PT;
     }
     if let Some(top) = &panel.top {
-        above -= TICK_GAP_PT + SMALL_PT;
-        svg.text((middle_x, above), &top.label, label);
-        above -= LABEL_GAP_PT + LINE_HEIGHT * LABEL_PT;
+        svg.text((middle_x, above - TICK_GAP_PT - SMALL_PT), &top.label, label);
     }
-    if let Some(bar) = panel.colour_bar.as_ref().filter(|bar| bar.side != Side::Right) {
-        above -= lying_bar_pt(bar);
-    }
-    svg.text((middle_x, above), &panel.title, label);
 }

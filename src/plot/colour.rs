@@ -2,32 +2,19 @@
 
 use std::fmt;
 
-/// An sRGB colour.
+/// An sRGB colour: red, green, blue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Colour(
-    /// Red, 0–255.
-    pub u8,
-    /// Green, 0–255.
-    pub u8,
-    /// Blue, 0–255.
-    pub u8,
-);
+pub struct Colour(pub u8, pub u8, pub u8);
 
 /// The first colours stay apart for colour-blind readers (Okabe & Ito 2008, "Color Universal Design").
 impl Colour {
-    /// Black.
     pub const BLACK: Self = Self(0, 0, 0);
-    /// White.
     pub const WHITE: Self = Self(255, 255, 255);
     /// Grey of notes and guide lines.
     pub const GREY: Self = Self(110, 110, 110);
-    /// Blue.
     pub const BLUE: Self = Self(0, 114, 178);
-    /// Vermillion.
     pub const ORANGE: Self = Self(213, 94, 0);
-    /// Bluish green.
     pub const GREEN: Self = Self(0, 158, 115);
-    /// Reddish purple.
     pub const PURPLE: Self = Self(204, 121, 167);
     /// Red, for what must stand out against blue.
     pub const RED: Self = Self(200, 24, 38);
@@ -46,44 +33,22 @@ impl fmt::Display for Colour {
     }
 }
 
-/// Dash pattern of a stroke.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dash {
-    /// Unbroken.
-    Solid,
-    /// Long dashes.
-    Dashed,
-    /// Dots.
-    Dotted,
-}
-
-impl Dash {
-    /// The dash pattern of the n-th curve of a panel, so that curves stay apart in black and white.
-    pub fn of_curve(n: usize) -> Self {
-        [Self::Solid, Self::Dashed, Self::Dotted][n % 3]
-    }
-}
-
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
-    /// Colour.
     pub colour: Colour,
     /// Width in points on the printed page.
     pub width_pt: f64,
-    /// Dash pattern.
-    pub dash: Dash,
+    pub is_dashed: bool,
 }
 
 impl Stroke {
-    /// A solid line.
     pub const fn solid(colour: Colour, width_pt: f64) -> Self {
-        Self { colour, width_pt, dash: Dash::Solid }
+        Self { colour, width_pt, is_dashed: false }
     }
 
-    /// A dashed line.
     pub const fn dashed(colour: Colour, width_pt: f64) -> Self {
-        Self { colour, width_pt, dash: Dash::Dashed }
+        Self { colour, width_pt, is_dashed: true }
     }
 }
 
@@ -101,9 +66,9 @@ pub enum ColourMap {
 }
 
 impl ColourMap {
-    /// Whether most of its colours are dark, so that what is written on them must be white.
-    pub fn is_dark(self) -> bool {
-        self != Self::Diverging
+    /// The colour of what is written on it, and that of an outline about it: most colours of a map are dark.
+    pub fn ink(self) -> [Colour; 2] {
+        if self == Self::Diverging { [Colour::BLACK, Colour::WHITE] } else { [Colour::WHITE, Colour::BLACK] }
     }
 
     /// Colour at `t` in 0..=1; outside, the end's colour.
@@ -139,10 +104,5 @@ mod tests {
             let steps: Vec<f64> = (0..=20).map(|i| luminance(map.at(f64::from(i) / 20.0))).collect();
             assert!(steps.windows(2).all(|pair| pair[1] > pair[0]), "{map:?}");
         }
-    }
-
-    #[test]
-    fn colours_are_written_as_hex() {
-        assert_eq!(Colour(1, 128, 255).to_string(), "#0180ff");
     }
 }

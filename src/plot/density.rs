@@ -6,6 +6,7 @@
 //! its height there.
 
 use super::contour::Field;
+use super::mark::Point;
 
 /// Nodes of a curve.
 const CURVE_NODES: usize = 256;
@@ -17,8 +18,8 @@ const KERNEL_REACH: f64 = 4.0;
 /// nothing.
 const WIDENING: f64 = 1.2;
 
-/// Abscissae and density of one quantity, its peak 1; `None` for fewer than two different values.
-pub(super) fn curve(draws: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+/// The density of one quantity, its peak 1; `None` for fewer than two different values.
+pub fn curve(draws: &[f64]) -> Option<Vec<Point>> {
     let finite: Vec<f64> = draws.iter().copied().filter(|value| value.is_finite()).collect();
     let width = WIDENING * (finite.len() as f64).powf(-0.2);
     let spread = Spread::of(&finite, width)?;
@@ -29,12 +30,12 @@ pub(super) fn curve(draws: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     }
     let density = smoothed(&density, width * spread.deviation / step);
     let peak = density.iter().copied().fold(0.0, f64::max);
-    let x = (0..CURVE_NODES).map(|i| spread.low + (i as f64 + 0.5) * step);
-    Some((x.collect(), density.into_iter().map(|value| value / peak).collect()))
+    let node = |(i, value): (usize, f64)| [spread.low + (i as f64 + 0.5) * step, value / peak];
+    Some(density.into_iter().enumerate().map(node).collect())
 }
 
 /// The density of two quantities and the levels that enclose the given fractions of it.
-pub(super) fn field(x: &[f64], y: &[f64], fractions: &[f64]) -> Option<(Field, Vec<f64>)> {
+pub fn field(x: &[f64], y: &[f64], fractions: &[f64]) -> Option<(Field, Vec<f64>)> {
     let pairs = x.iter().zip(y).map(|(x, y)| (*x, *y)).filter(|(x, y)| x.is_finite() && y.is_finite());
     let (x, y): (Vec<f64>, Vec<f64>) = pairs.unzip();
     let width = WIDENING * (x.len() as f64).powf(-1.0 / 6.0);
@@ -128,7 +129,12 @@ impl Spread {
             if (near as f64) < FADES_BELOW * peak { KERNEL_REACH * width * deviation } else { 0.0 }
         };
         let (low, high) = (low - beyond(low), high + beyond(high));
-        (deviation > 0.0 && (high - low).is_finite()).then_some(Self { low, high, mean, deviation })
+        (deviation > 0.0 && (deviation + high - low).is_finite()).then_some(Self {
+            low,
+            high,
+            mean,
+            deviation,
+        })
     }
 
     fn unit(&self, value: f64) -> f64 {
@@ -230,8 +236,8 @@ mod tests {
     fn a_density_keeps_its_height_at_a_cut() {
         let mut rng = stream(2, 0, Stage::Sampling, 0);
         let uniform: Vec<f64> = (0..50_000).map(|_| rng.random::<f64>()).collect();
-        let (_, density) = curve(&uniform).unwrap();
-        assert!(density[0] > 0.9 && density[CURVE_NODES - 1] > 0.9, "{} {}", density[0], density[255]);
+        let density = curve(&uniform).unwrap();
+        assert!(density[0][1] > 0.9 && density[CURVE_NODES - 1][1] > 0.9, "{density:?}");
         let other: Vec<f64> = (0..50_000).map(|_| rng.random::<f64>()).collect();
         let (field, _) = field(&uniform, &other, &[0.68]).unwrap();
         let centre = field.values[FIELD_NODES * FIELD_NODES / 2 + FIELD_NODES / 2];
@@ -241,8 +247,8 @@ mod tests {
     #[test]
     fn a_density_of_few_draws_fades_out() {
         let (x, y) = normal(800);
-        let (_, density) = curve(&x).unwrap();
-        assert!(density[0] < 1e-3 && density[CURVE_NODES - 1] < 1e-3);
+        let density = curve(&x).unwrap();
+        assert!(density[0][1] < 1e-3 && density[CURVE_NODES - 1][1] < 1e-3);
         let (field, levels) = field(&x, &y, &[0.95]).unwrap();
         let border =
             (0..FIELD_NODES).flat_map(|k| [(k, 0), (k, FIELD_NODES - 1), (0, k), (FIELD_NODES - 1, k)]);

@@ -7,7 +7,7 @@ use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, MetadataProvider};
 
 /// Font list written into every SVG: the embedded face first, then faces of the same widths, then any.
-pub(super) const FAMILY: &str = "'DejaVu Sans', Verdana, 'Bitstream Vera Sans', Arial, sans-serif";
+pub const FAMILY: &str = "'DejaVu Sans', Verdana, 'Bitstream Vera Sans', Arial, sans-serif";
 
 /// DejaVu Sans 2.35 (licence in `data/fonts/LICENSE-DejaVuSans.txt`).
 static FONT: &[u8] = include_bytes!("../../data/fonts/DejaVuSans.ttf");
@@ -21,12 +21,12 @@ static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| {
 static FACE: LazyLock<Option<FontRef<'static>>> = LazyLock::new(|| FontRef::new(FONT).ok());
 
 /// The font database handed to the renderer: the embedded face and nothing of the system's.
-pub(super) fn database() -> Arc<Database> {
+pub fn database() -> Arc<Database> {
     DATABASE.clone()
 }
 
 /// Width of one character in em; characters that the font lacks count as 0.6 em.
-pub(super) fn advance_em(character: char) -> f64 {
+pub fn advance_em(character: char) -> f64 {
     const MISSING_EM: f64 = 0.6;
     /// Of the embedded face.
     const UNITS_PER_EM: f64 = 2048.0;

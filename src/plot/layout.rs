@@ -2,7 +2,7 @@
 
 use super::figure::Figure;
 use super::markup::width_pt;
-use super::panel::{ColourBar, Panel, Side};
+use super::panel::{ColourBar, Panel};
 use super::scale::{Direction, Span};
 use super::style::{BAR_GAP_PT, BAR_PT, CAPTION_PT, LABEL_PT, SMALL_PT, TICK_GAP_PT, line_pt};
 use super::svg::{PT_PER_MM, Rect};
@@ -14,7 +14,7 @@ const NUMBERS_PT: f64 = TICK_GAP_PT + SMALL_PT;
 const GAP_PT: f64 = 5.0;
 
 /// A panel on the page.
-pub(super) struct Placed<'a> {
+pub struct Placed<'a> {
     pub panel: &'a Panel,
     pub frame: Rect,
     pub x: Span,
@@ -28,7 +28,7 @@ pub(super) struct Placed<'a> {
 }
 
 /// All panels on the page.
-pub(super) struct Layout<'a> {
+pub struct Layout<'a> {
     pub width_pt: f64,
     pub height_pt: f64,
     pub placed: Vec<Placed<'a>>,
@@ -44,21 +44,21 @@ struct Margins {
 }
 
 /// Lays out a figure; two rounds, because labels depend on the room and the room on the labels.
-pub(super) fn lay_out(figure: &Figure) -> Layout<'_> {
-    let columns = figure.columns.max(1);
-    let width_pt = figure.width_mm * PT_PER_MM;
-    let mut frame_width = 0.75 * width_pt / columns as f64;
-    let mut layout = arrange(figure, columns, frame_width);
+pub fn lay_out(figure: &Figure) -> Layout<'_> {
+    let (columns, width_pt) = (figure.columns as f64, figure.width_mm * PT_PER_MM);
+    let mut frame_width = 0.75 * width_pt / columns;
+    let mut layout = arrange(figure, frame_width);
     for _ in 0..2 {
         let excess = layout.width_pt - width_pt;
-        frame_width = (frame_width - excess / columns as f64).max(10.0);
-        layout = arrange(figure, columns, frame_width);
+        frame_width = (frame_width - excess / columns).max(10.0);
+        layout = arrange(figure, frame_width);
     }
     layout.width_pt = width_pt;
     layout
 }
 
-fn arrange(figure: &Figure, columns: usize, frame_width: f64) -> Layout<'_> {
+fn arrange(figure: &Figure, frame_width: f64) -> Layout<'_> {
+    let columns = figure.columns;
     let frame_height = (frame_width * figure.panel_aspect).max(10.0);
     let mut placed: Vec<Placed> =
         figure.panels.iter().map(|panel| ticked(panel, frame_width, frame_height)).collect();
@@ -83,11 +83,8 @@ fn arrange(figure: &Figure, columns: usize, frame_width: f64) -> Layout<'_> {
         for (i, place) in placed.iter_mut().enumerate().filter(|(i, _)| mine(*i)) {
             let (frame_x, left) = lefts[i % columns];
             place.move_to(frame_x, y, left);
-            let over = match place.panel.colour_bar.as_ref().map(|bar| bar.side) {
-                Some(Side::TopOver(panels)) => panels.saturating_sub(1),
-                _ => 0,
-            };
-            place.bar_right_pt = lefts[(i % columns + over).min(columns - 1)].0 + frame_width;
+            let over = place.panel.colour_bar.as_ref().map_or(1, |bar| bar.panels.max(1));
+            place.bar_right_pt = lefts[(i % columns + over).min(columns) - 1].0 + frame_width;
         }
         y += frame_height + largest(&mine, &|m| m.bottom) + GAP_PT;
     }
@@ -96,19 +93,19 @@ fn arrange(figure: &Figure, columns: usize, frame_width: f64) -> Layout<'_> {
 
 /// A panel of that size at the page's corner, with its ticks chosen.
 fn ticked(panel: &Panel, width: f64, height: f64) -> Placed<'_> {
-    let ((x_low, x_high), (y_low, y_high)) = panel.limits();
+    let [(x_low, x_high), (y_low, y_high)] = panel.limits();
     let x = Span { scale: panel.x.scale, low: x_low, high: x_high, start_pt: 0.0, end_pt: width };
     let y = Span { scale: panel.y.scale, low: y_low, high: y_high, start_pt: height, end_pt: 0.0 };
-    let mut x_ticks = Ticks::for_span(&x, Direction::Horizontal, SMALL_PT);
+    let mut x_ticks = Ticks::for_span(&x, Direction::Horizontal);
     // Inner panels of a grid stand close to their neighbours.
     if !panel.y.tick_labels {
-        x_ticks.keep_inside(&x, SMALL_PT);
+        x_ticks.keep_inside(&x);
     }
     Placed {
         panel,
         frame: Rect { x: 0.0, y: 0.0, width, height },
         x_ticks,
-        y_ticks: Ticks::for_span(&y, Direction::Vertical, SMALL_PT),
+        y_ticks: Ticks::for_span(&y, Direction::Vertical),
         x,
         y,
         left_pt: 0.0,
@@ -126,16 +123,6 @@ impl Placed<'_> {
     }
 }
 
-/// Width of the widest label.
-pub(super) fn widest_pt(ticks: &Ticks) -> f64 {
-    ticks.major.iter().map(|(_, label)| width_pt(label, SMALL_PT)).fold(0.0, f64::max)
-}
-
-/// Height that a lying colour bar takes above the frame with its numbers and label.
-pub(super) fn lying_bar_pt(bar: &ColourBar) -> f64 {
-    BAR_GAP_PT + BAR_PT + NUMBERS_PT + line_pt(&bar.label, LABEL_PT)
-}
-
 impl Margins {
     fn of(place: &Placed) -> Self {
         let Placed { panel, frame, x, .. } = place;
@@ -145,11 +132,12 @@ impl Margins {
         let mut margins = Self {
             left: line_pt(&panel.y.label, LABEL_PT),
             bottom: line_pt(&panel.x.label, LABEL_PT),
-            top: line_pt(&panel.title, LABEL_PT) + CAPTION_PT * panel.captions.len() as f64,
+            top: CAPTION_PT * panel.captions.len() as f64,
             right: 0.0,
         };
         if panel.y.tick_labels {
-            margins.left += TICK_GAP_PT + widest_pt(&place.y_ticks);
+            let widths = place.y_ticks.major.iter().map(|(_, label)| width_pt(label, SMALL_PT));
+            margins.left += TICK_GAP_PT + widths.fold(0.0, f64::max);
             margins.top = margins.top.max(0.4 * SMALL_PT);
         }
         if panel.x.tick_labels {
@@ -161,21 +149,14 @@ impl Margins {
             }
         }
         if let Some(top) = &panel.top {
-            for (value, label) in top.major.iter().filter(|(value, _)| x.contains(*value)) {
+            for (value, label) in top.ticks.major.iter().filter(|(value, _)| x.contains(*value)) {
                 let end = x.at(*value).unwrap_or(0.0) + 0.5 * width_pt(label, SMALL_PT);
                 margins.right = margins.right.max(end - frame.width);
             }
             margins.top += NUMBERS_PT + line_pt(&top.label, LABEL_PT);
         }
-        if let Some(bar) = &panel.colour_bar {
-            match bar.side {
-                Side::Right => {
-                    let ticks = bar.colours.norm.ticks(frame.height, 0.0, Direction::Vertical, SMALL_PT);
-                    let numbers = TICK_GAP_PT + widest_pt(&ticks);
-                    margins.right += BAR_GAP_PT + BAR_PT + numbers + line_pt(&bar.label, LABEL_PT);
-                }
-                Side::Top | Side::TopOver(_) => margins.top += lying_bar_pt(bar),
-            }
+        if let Some(ColourBar { label, .. }) = &panel.colour_bar {
+            margins.top += BAR_GAP_PT + BAR_PT + NUMBERS_PT + line_pt(label, LABEL_PT);
         }
         margins
     }
@@ -187,8 +168,8 @@ mod tests {
     use crate::plot::Axis;
 
     fn figure(columns: usize, panels: usize) -> Figure {
-        let panel = Panel::new(Axis { limits: Some((0.0, 1.0)), ..Axis::linear("x") }, Axis::log("y"));
-        Figure { panels: vec![panel; panels], columns, ..Figure::full_width("test") }
+        let panel = Panel::new(Axis::linear("x").between(0.0, 1.0), Axis::log("y"), []);
+        Figure::full_width("test", 0.75, columns, vec![panel; panels])
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! The legend of a panel: a sample of each mark and its text.
 
-use super::colour::Colour;
+use super::colour::{Colour, Stroke};
 use super::layout::Placed;
-use super::mark::Mark;
+use super::mark::{Mark, Shape};
 use super::markup::width_pt;
 use super::panel::Corner;
 use super::style::{self, HALF_DIGIT, HISTOGRAM_OPACITY, POINT_PT, SMALL_PT};
-use super::svg::{Anchor, Rect, Svg, number};
+use super::svg::{Anchor, Rect, Svg, number, point};
 
 const LINE_PT: f64 = 1.45 * SMALL_PT;
 const GAP_PT: f64 = 4.0;
@@ -14,63 +14,56 @@ const GAP_PT: f64 = 4.0;
 const INSET_PT: f64 = 6.0;
 
 /// Draws the legend if any mark has a text for it.
-pub(super) fn draw(svg: &mut Svg, place: &Placed) {
-    let entries: Vec<&Mark> = place.panel.marks.iter().filter(|mark| !mark.legend().is_empty()).collect();
+pub fn draw(svg: &mut Svg, place: &Placed) {
+    let entries: Vec<&Mark> = place.panel.marks.iter().filter(|mark| !mark.legend.is_empty()).collect();
     if entries.is_empty() {
         return;
     }
-    let text_width = entries.iter().map(|mark| width_pt(mark.legend(), SMALL_PT)).fold(0.0, f64::max);
-    let sample_width = entries.iter().map(|mark| sample_width_pt(mark)).fold(0.0, f64::max);
+    let widest = |of: &dyn Fn(&Mark) -> f64| entries.iter().map(|mark| of(mark)).fold(0.0, f64::max);
+    let (text_width, sample_width) =
+        (widest(&|mark| width_pt(&mark.legend, SMALL_PT)), widest(&sample_width_pt));
     let (width, height) = (sample_width + GAP_PT + text_width, LINE_PT * entries.len() as f64);
-    let frame = place.frame;
-    let x = match place.panel.legend {
-        Corner::TopLeft | Corner::BottomLeft => frame.x + INSET_PT,
-        Corner::TopRight | Corner::BottomRight => frame.right() - INSET_PT - width,
-    };
-    let y = match place.panel.legend {
-        Corner::TopLeft | Corner::TopRight => frame.y + INSET_PT,
-        Corner::BottomLeft | Corner::BottomRight => frame.bottom() - INSET_PT - height,
-    };
+    let (frame, corner) = (place.frame, place.panel.legend);
+    let is_left = corner != Corner::TopRight;
+    let x = if is_left { frame.x + INSET_PT } else { frame.right() - INSET_PT - width };
+    let is_low = corner == Corner::BottomLeft;
+    let y = if is_low { frame.bottom() - INSET_PT - height } else { frame.y + INSET_PT };
     let box_around = Rect { x: x - 2.0, y: y - 1.0, width: width + 4.0, height: height + 2.0 };
     svg.filled_rect(box_around, Colour::WHITE, 0.85);
     for (i, mark) in entries.into_iter().enumerate() {
         let middle = y + LINE_PT * (i as f64 + 0.5);
-        sample(svg, mark, (x, middle), sample_width);
+        sample(svg, &mark.shape, (x, middle), sample_width);
         let text_at = (x + sample_width + GAP_PT, middle + HALF_DIGIT * SMALL_PT);
-        svg.text(text_at, mark.legend(), style::text(SMALL_PT, Anchor::Start));
+        svg.text(text_at, &mark.legend, style::text(SMALL_PT, Anchor::Start));
     }
 }
 
 /// Points need less room than lines.
 fn sample_width_pt(mark: &Mark) -> f64 {
-    match mark {
-        Mark::Scatter(_) | Mark::ErrorBars(_) => 5.0,
-        _ => 16.0,
-    }
+    if matches!(mark.shape, Shape::Dots { .. } | Shape::ErrorBars { .. }) { 5.0 } else { 16.0 }
 }
 
-/// A sample of the mark about the height `middle`.
-fn sample(svg: &mut Svg, mark: &Mark, (x, middle): (f64, f64), width: f64) {
-    let across = format!("M{} {}h{}", number(x), number(middle), number(width));
-    let upright =
-        |half: f64| format!("M{} {}v{}", number(x + 0.5 * width), number(middle - half), number(2.0 * half));
-    let block = Rect { x, y: middle - 0.35 * LINE_PT, width, height: 0.7 * LINE_PT };
+/// A sample of the shape about the height `middle`.
+fn sample(svg: &mut Svg, shape: &Shape, (x, middle): (f64, f64), width: f64) {
     let centre = (x + 0.5 * width, middle);
-    match mark {
-        Mark::Line(line) => svg.stroked_path(&across, line.stroke),
-        Mark::Scatter(scatter) => svg.disc(centre, scatter.radius_pt.max(1.6), scatter.colour, 1.0),
-        Mark::ErrorBars(bars) => {
-            svg.stroked_path(&upright(0.36 * LINE_PT), style::error_bar(bars.colour));
-            svg.disc(centre, POINT_PT, bars.colour, 1.0);
+    let mut block = |stroke: Stroke, opacity: f64| {
+        let block = Rect { x, y: middle - 0.35 * LINE_PT, width, height: 0.7 * LINE_PT };
+        svg.filled_rect(block, stroke.colour, opacity);
+        svg.stroked_rect(block, stroke);
+    };
+    match shape {
+        Shape::Histogram { stroke, .. } => block(*stroke, HISTOGRAM_OPACITY),
+        Shape::Region { stroke, opacity, .. } => block(*stroke, *opacity),
+        Shape::Line { stroke, .. } => {
+            svg.stroked_path(&format!("M{}h{}", point((x, middle)), number(width)), *stroke);
         }
-        Mark::Histogram(steps) => {
-            svg.filled_rect(block, steps.stroke.colour, HISTOGRAM_OPACITY);
-            svg.stroked_rect(block, steps.stroke);
+        Shape::Dots { radius_pt, colour, .. } => svg.disc(centre, radius_pt.max(1.6), *colour),
+        Shape::ErrorBars { colour, .. } => {
+            let half = 0.36 * LINE_PT;
+            let upright = format!("M{}v{}", point((centre.0, middle - half)), number(2.0 * half));
+            svg.stroked_path(&upright, style::error_bar(*colour));
+            svg.disc(centre, POINT_PT, *colour);
         }
-        Mark::Region(region) => {
-            svg.filled_rect(block, region.stroke.colour, region.opacity);
-            svg.stroked_rect(block, region.stroke);
-        }
-        Mark::Band(_) | Mark::Raster(_) | Mark::Circle(_) | Mark::Rule(_) | Mark::Text(_) => {}
+        _ => {}
     }
 }

@@ -1,127 +1,48 @@
 //! Everything a panel can show, as one closed list.
 
 use super::colour::{Colour, Stroke};
-use super::norm::ColourScale;
+use super::colour_scale::ColourScale;
 use super::svg::Anchor;
 
-/// One thing drawn in a panel. Values that are not finite are left out.
+/// A point in data units.
+pub type Point = [f64; 2];
+
+/// The points of two columns.
+pub fn points(x: &[f64], y: &[f64]) -> Vec<Point> {
+    x.iter().zip(y).map(|(x, y)| [*x, *y]).collect()
+}
+
+/// One thing drawn in a panel; values that are not finite are left out.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Mark {
-    /// A curve.
-    Line(Line),
-    /// The area between two curves.
-    Band(Band),
-    /// Many points of one look.
-    Scatter(Scatter),
-    /// Points with error bars.
-    ErrorBars(ErrorBars),
-    /// Counts in bins, as steps.
-    Histogram(Histogram),
-    /// A grid of values in colours.
-    Raster(Raster),
-    /// Areas inside closed curves.
-    Region(Region),
-    /// A circle in data units.
-    Circle(Circle),
+pub struct Mark {
+    pub shape: Shape,
+    /// Text in the legend, in markup; empty for none.
+    pub legend: String,
+}
+
+/// What a mark draws; lengths in data units unless they say otherwise.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A curve; it breaks where a value has no place on its axis.
+    Line { points: Vec<Point>, stroke: Stroke },
+    /// The area between a lower and an upper curve: (x, low, high).
+    Band { edges: Vec<[f64; 3]>, colour: Colour },
+    /// Discs at points.
+    Dots { points: Vec<Point>, colour: Colour, radius_pt: f64, opacity: f64 },
+    /// Points with vertical bars (x, y, low, high); a low end without a place on the axis lies at the axis' own.
+    ErrorBars { points: Vec<[f64; 4]>, colour: Colour },
+    /// Counts between increasing edges, one more than counts, as steps; the fill has an eighth of full opacity.
+    Histogram { edges: Vec<f64>, counts: Vec<f64>, stroke: Stroke },
+    /// Row-major (y, x) values of `nx` columns and `ny` rows, y up, in colours.
+    Raster { values: Vec<f64>, nx: usize, ny: usize, extent: Extent, colours: ColourScale },
+    /// Areas inside closed curves, such as the contours of a posterior; a curve that runs the other way round cuts a hole.
+    Region { rings: Vec<Vec<Point>>, stroke: Stroke, opacity: f64 },
+    /// A circle (an ellipse on the page where the axes differ).
+    Circle { centre: Point, radius: f64, stroke: Stroke },
     /// A straight line across the whole panel.
-    Rule(Rule),
-    /// A short text.
-    Text(Text),
-}
-
-/// A curve through points; it breaks where a value has no place on its axis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Line {
-    /// Abscissae, data units.
-    pub x: Vec<f64>,
-    /// Ordinates, data units.
-    pub y: Vec<f64>,
-    /// How it is drawn.
-    pub stroke: Stroke,
-    /// Text in the legend; empty for none.
-    pub legend: String,
-}
-
-impl Line {
-    /// A curve that the legend does not name.
-    pub fn new(x: Vec<f64>, y: Vec<f64>, stroke: Stroke) -> Self {
-        Self { x, y, stroke, legend: String::new() }
-    }
-}
-
-/// The area between a lower and an upper curve.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Band {
-    /// Abscissae, data units.
-    pub x: Vec<f64>,
-    /// Lower ordinates.
-    pub low: Vec<f64>,
-    /// Upper ordinates.
-    pub high: Vec<f64>,
-    /// Colour, drawn with a quarter of full opacity.
-    pub colour: Colour,
-}
-
-/// Discs at points.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Scatter {
-    /// Abscissae, data units.
-    pub x: Vec<f64>,
-    /// Ordinates, data units.
-    pub y: Vec<f64>,
-    /// Colour.
-    pub colour: Colour,
-    /// Radius in points on the printed page.
-    pub radius_pt: f64,
-    /// Opacity, 0–1.
-    pub opacity: f64,
-    /// Text in the legend; empty for none.
-    pub legend: String,
-}
-
-/// Points with vertical error bars from `low` to `high`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ErrorBars {
-    /// Abscissae, data units.
-    pub x: Vec<f64>,
-    /// Ordinates, data units.
-    pub y: Vec<f64>,
-    /// Lower ends of the bars; one without a place on the axis reaches its lower end.
-    pub low: Vec<f64>,
-    /// Upper ends of the bars.
-    pub high: Vec<f64>,
-    /// Colour.
-    pub colour: Colour,
-    /// Text in the legend; empty for none.
-    pub legend: String,
-}
-
-/// Counts between bin edges.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Histogram {
-    /// Edges, increasing, data units; one more than counts.
-    pub edges: Vec<f64>,
-    /// Count (or density) of each bin.
-    pub counts: Vec<f64>,
-    /// Outline and fill colour; the fill has an eighth of full opacity.
-    pub stroke: Stroke,
-    /// Text in the legend; empty for none.
-    pub legend: String,
-}
-
-/// A grid of values in colours.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Raster {
-    /// Values, row-major (y, x), y up.
-    pub values: Vec<f64>,
-    /// Number of columns.
-    pub nx: usize,
-    /// Number of rows.
-    pub ny: usize,
-    /// Outer edges of the grid.
-    pub extent: Extent,
-    /// From values to colours.
-    pub colours: ColourScale,
+    Rule { at: Rule, stroke: Stroke },
+    /// A short text in the markup of labels, perhaps with an outline that keeps it legible on a raster.
+    Text { at: At, text: String, anchor: Anchor, colour: Colour, halo: Option<Colour> },
 }
 
 /// Outer edges of a grid, data units.
@@ -144,124 +65,63 @@ impl Extent {
     }
 }
 
-/// Areas inside closed curves, such as the contours of a posterior.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Region {
-    /// Closed curves, data units; one that runs the other way round cuts a hole.
-    pub rings: Vec<Vec<(f64, f64)>>,
-    /// Outline and fill colour.
-    pub stroke: Stroke,
-    /// Opacity of the fill, 0–1.
-    pub opacity: f64,
-    /// Text in the legend; empty for none.
-    pub legend: String,
-}
-
-/// A circle in data units (an ellipse on the page where the axes differ).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Circle {
-    /// Abscissa of the centre.
-    pub x: f64,
-    /// Ordinate of the centre.
-    pub y: f64,
-    /// Radius.
-    pub radius: f64,
-    /// How it is drawn.
-    pub stroke: Stroke,
-}
-
-/// A line across the panel at one value of an axis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Rule {
-    /// Which axis the value belongs to.
-    pub at: RuleAt,
-    /// How it is drawn.
-    pub stroke: Stroke,
-}
-
-/// Where a [`Rule`] lies, in data units.
+/// Where a [`Shape::Rule`] lies, in data units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum RuleAt {
+pub enum Rule {
     /// A vertical line at this abscissa.
     X(f64),
     /// A horizontal line at this ordinate.
     Y(f64),
 }
 
-/// A short text in the markup of labels.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Text {
-    /// Where.
-    pub at: TextAt,
-    /// What, in markup.
-    pub text: String,
-    /// Which end of the text lies there.
-    pub anchor: Anchor,
-    /// Colour.
-    pub colour: Colour,
-    /// Colour of an outline that keeps it legible on a raster.
-    pub halo: Option<Colour>,
-}
-
-/// Where a [`Text`] lies: its anchor on the vertical middle of the letters.
+/// Where a [`Shape::Text`] lies: its anchor on the vertical middle of the letters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum TextAt {
-    /// In data units.
-    Data(f64, f64),
+pub enum At {
     /// Abscissa in data units, ordinate as a fraction of the panel's height.
     DataFraction(f64, f64),
     /// In fractions of the panel from the bottom left.
     Fraction(f64, f64),
 }
 
-impl Mark {
-    /// The points that the axes should take in.
-    pub(super) fn points(&self) -> Vec<(f64, f64)> {
-        let zip =
-            |x: &[f64], y: &[f64]| -> Vec<(f64, f64)> { x.iter().copied().zip(y.iter().copied()).collect() };
-        match self {
-            Self::Line(line) => zip(&line.x, &line.y),
-            Self::Band(band) => [zip(&band.x, &band.low), zip(&band.x, &band.high)].concat(),
-            Self::Scatter(scatter) => zip(&scatter.x, &scatter.y),
-            Self::ErrorBars(bars) => {
-                [zip(&bars.x, &bars.y), zip(&bars.x, &bars.low), zip(&bars.x, &bars.high)].concat()
-            }
-            Self::Histogram(steps) => {
-                let right = steps.edges.get(1..).unwrap_or_default();
-                [zip(&steps.edges, &steps.counts), zip(right, &steps.counts)].concat()
-            }
-            Self::Raster(raster) => {
-                let Extent { left, right, bottom, top } = raster.extent;
-                let drawn = raster.values.iter().any(|value| value.is_finite());
-                if drawn { vec![(left, bottom), (right, top)] } else { Vec::new() }
-            }
-            Self::Region(region) => region.rings.concat(),
-            Self::Circle(_) | Self::Rule(_) | Self::Text(_) => Vec::new(),
-        }
-    }
-
-    /// Text in the legend; empty for none.
-    pub(super) fn legend(&self) -> &str {
-        match self {
-            Self::Line(line) => &line.legend,
-            Self::Scatter(scatter) => &scatter.legend,
-            Self::ErrorBars(bars) => &bars.legend,
-            Self::Histogram(steps) => &steps.legend,
-            Self::Region(region) => &region.legend,
-            Self::Band(_) | Self::Raster(_) | Self::Circle(_) | Self::Rule(_) | Self::Text(_) => "",
-        }
+impl From<Shape> for Mark {
+    fn from(shape: Shape) -> Self {
+        Self { shape, legend: String::new() }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl Mark {
+    /// A curve.
+    pub fn line(points: impl Into<Vec<Point>>, stroke: Stroke) -> Self {
+        Shape::Line { points: points.into(), stroke }.into()
+    }
 
-    #[test]
-    fn a_histogram_takes_in_both_edges_of_every_bin() {
-        let stroke = Stroke::solid(Colour::BLACK, 1.0);
-        let steps =
-            Histogram { edges: vec![1.0, 2.0, 4.0], counts: vec![7.0, 8.0], stroke, legend: String::new() };
-        assert_eq!(Mark::Histogram(steps).points(), [(1.0, 7.0), (2.0, 8.0), (2.0, 7.0), (4.0, 8.0)]);
+    /// A straight line across the whole panel.
+    pub fn rule(at: Rule, stroke: Stroke) -> Self {
+        Shape::Rule { at, stroke }.into()
+    }
+
+    /// The same with a text in the legend.
+    pub fn named(self, legend: impl Into<String>) -> Self {
+        Self { legend: legend.into(), ..self }
+    }
+
+    /// The points that the axes should take in.
+    pub fn points(&self) -> Vec<Point> {
+        match &self.shape {
+            Shape::Line { points, .. } | Shape::Dots { points, .. } => points.clone(),
+            Shape::Band { edges, .. } => edges.iter().flat_map(|&[x, a, b]| [[x, a], [x, b]]).collect(),
+            Shape::ErrorBars { points, .. } => {
+                points.iter().flat_map(|&[x, y, low, high]| [[x, y], [x, low], [x, high]]).collect()
+            }
+            Shape::Histogram { edges, counts, .. } => {
+                [points(edges, counts), points(edges.get(1..).unwrap_or_default(), counts)].concat()
+            }
+            Shape::Raster { values, extent: Extent { left, right, bottom, top }, .. } => {
+                let is_drawn = values.iter().any(|value| value.is_finite());
+                if is_drawn { vec![[*left, *bottom], [*right, *top]] } else { Vec::new() }
+            }
+            Shape::Region { rings, .. } => rings.concat(),
+            Shape::Circle { .. } | Shape::Rule { .. } | Shape::Text { .. } => Vec::new(),
+        }
     }
 }

@@ -56,7 +56,7 @@ fn runs(label: &str) -> Vec<(Level, &str)> {
 /// The inside of an SVG `<text>`: escaped text, scripts as `<tspan>` with relative `dy`.
 ///
 /// `dy` and not `baseline-shift`, because Firefox lacks the latter.
-pub(super) fn tspans(label: &str, size_pt: f64) -> String {
+pub fn tspans(label: &str, size_pt: f64) -> String {
     let mut out = String::new();
     let (mut level_now, mut offset_now_em, mut end_em) = (Level::Line, 0.0, 0.0);
     for Placed { level, text, start_em, offset_em } in placed(label).0 {
@@ -79,7 +79,7 @@ pub(super) fn tspans(label: &str, size_pt: f64) -> String {
 }
 
 /// Width of a label in points, from the widths of the embedded font.
-pub(super) fn width_pt(label: &str, size_pt: f64) -> f64 {
+pub fn width_pt(label: &str, size_pt: f64) -> f64 {
     size_pt * placed(label).1
 }
 
@@ -114,7 +114,7 @@ fn width_em(level: Level, text: &str) -> f64 {
 }
 
 /// Escapes what XML reserves, and drops the control characters it forbids.
-pub(super) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

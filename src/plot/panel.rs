@@ -1,15 +1,15 @@
 //! A panel: two axes, the marks between them, and what surrounds them.
 
 use super::colour::Colour;
-use super::mark::Mark;
-use super::norm::ColourScale;
+use super::colour_scale::ColourScale;
+use super::mark::{Mark, Shape};
 use super::scale::Scale;
 use super::svg::Anchor;
+use super::ticks::Ticks;
 
 /// One axis of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// Linear or logarithmic.
     pub scale: Scale,
     /// Label in markup, with the unit in square brackets; empty for none.
     pub label: String,
@@ -29,17 +29,24 @@ impl Axis {
     pub fn log(label: &str) -> Self {
         Self { scale: Scale::Log, ..Self::linear(label) }
     }
+
+    /// The same with values at both ends.
+    pub fn between(self, low: f64, high: f64) -> Self {
+        Self { limits: Some((low, high)), ..self }
+    }
+
+    /// The same, without label and numbers unless it lies at the edge of its grid.
+    pub fn outer(self, is_outer: bool) -> Self {
+        if is_outer { self } else { Self { label: String::new(), tick_labels: false, ..self } }
+    }
 }
 
-/// A second axis on top: other numbers for the same abscissae.
+/// A second axis on top: other numbers for the same abscissae, which are in data units of the panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TopAxis {
     /// Label in markup.
     pub label: String,
-    /// Long ticks: abscissa in data units of the panel, and what is written there.
-    pub major: Vec<(f64, String)>,
-    /// Short ticks, data units of the panel.
-    pub minor: Vec<f64>,
+    pub ticks: Ticks,
 }
 
 /// A colour bar for the rasters of a panel.
@@ -49,32 +56,16 @@ pub struct ColourBar {
     pub colours: ColourScale,
     /// Label in markup, with the unit in square brackets.
     pub label: String,
-    /// Where it stands.
-    pub side: Side,
-}
-
-/// Where a colour bar stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Upright on the right of the panel.
-    Right,
-    /// Lying above the panel.
-    Top,
-    /// Lying above the panel and its neighbours on the right: so many panels in all.
-    TopOver(usize),
+    /// It lies above the panel and its neighbours on the right: so many panels in all.
+    pub panels: usize,
 }
 
 /// Where a legend stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Corner {
-    /// Top left.
     TopLeft,
-    /// Top right.
     TopRight,
-    /// Bottom left.
     BottomLeft,
-    /// Bottom right.
-    BottomRight,
 }
 
 /// A line of small text above a panel; it may be wider than the panel.
@@ -82,28 +73,22 @@ pub enum Corner {
 pub struct Caption {
     /// What, in markup.
     pub text: String,
-    /// Colour.
     pub colour: Colour,
-    /// Which end of the text lies at that end of the panel.
+    /// Which end of the text, start or end, lies at that end of the panel.
     pub anchor: Anchor,
 }
 
 /// Two axes and what lies between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Abscissa.
     pub x: Axis,
-    /// Ordinate.
     pub y: Axis,
     /// Drawn in this order.
     pub marks: Vec<Mark>,
-    /// Text above the panel, in markup; empty for none.
-    pub title: String,
     /// Lines of small text above the panel.
     pub captions: Vec<Caption>,
     /// A second axis on top.
     pub top: Option<TopAxis>,
-    /// A colour bar.
     pub colour_bar: Option<ColourBar>,
     /// Where the legend stands, if any mark has a text for it.
     pub legend: Corner,
@@ -114,13 +99,12 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// An empty panel between two axes.
-    pub fn new(x: Axis, y: Axis) -> Self {
+    /// Marks between two axes, drawn in this order.
+    pub fn new(x: Axis, y: Axis, marks: impl IntoIterator<Item = Mark>) -> Self {
         Self {
             x,
             y,
-            marks: Vec::new(),
-            title: String::new(),
+            marks: marks.into_iter().collect(),
             captions: Vec::new(),
             top: None,
             colour_bar: None,
@@ -132,60 +116,62 @@ impl Panel {
 
     /// An empty place in the grid.
     pub fn blank() -> Self {
-        Self { is_blank: true, ..Self::new(Axis::linear(""), Axis::linear("")) }
+        Self { is_blank: true, ..Self::new(Axis::linear(""), Axis::linear(""), []) }
+    }
+
+    /// All points of marks that have a place on both axes.
+    fn drawn(&self) -> impl Iterator<Item = [f64; 2]> {
+        let has_place =
+            |[x, y]: &[f64; 2]| self.x.scale.forward(*x).is_some() && self.y.scale.forward(*y).is_some();
+        self.marks.iter().flat_map(Mark::points).filter(has_place)
     }
 
     /// True if no mark has a point with a place on both axes.
-    pub(super) fn is_empty(&self) -> bool {
-        let drawn = |(x, y)| self.x.scale.forward(x).is_some() && self.y.scale.forward(y).is_some();
-        !self.marks.iter().any(|mark| mark.points().into_iter().any(drawn))
+    pub fn is_empty(&self) -> bool {
+        self.drawn().next().is_none()
     }
 
     /// Limits of both axes: those asked for, else those that take in all marks with a little room.
-    pub(super) fn limits(&self) -> ((f64, f64), (f64, f64)) {
+    pub fn limits(&self) -> [(f64, f64); 2] {
         const ROOM: f64 = 0.04;
-        let tight = self.marks.iter().any(|mark| matches!(mark, Mark::Raster(_)));
-        let points: Vec<(f64, f64)> = match (self.x.limits, self.y.limits) {
-            (Some(_), Some(_)) => Vec::new(),
-            _ => self.marks.iter().flat_map(Mark::points).collect(),
-        };
-        let drawn = || {
-            points
-                .iter()
-                .filter(|(x, y)| self.x.scale.forward(*x).is_some() && self.y.scale.forward(*y).is_some())
-        };
-        let of = |axis: &Axis, values: Vec<f64>| {
-            let found = || {
-                axis.scale.range(values).map(|range| axis.scale.padded(range, if tight { 0.0 } else { ROOM }))
-            };
+        let is_tight = self.marks.iter().any(|mark| matches!(mark.shape, Shape::Raster { .. }));
+        let room = if is_tight { 0.0 } else { ROOM };
+        [(0, &self.x), (1, &self.y)].map(|(i, axis)| {
+            let found =
+                || Some(axis.scale.padded(axis.scale.range(self.drawn().map(|point| point[i]))?, room));
             axis.scale.drawable(axis.limits.or_else(found))
-        };
-        (of(&self.x, drawn().map(|p| p.0).collect()), of(&self.y, drawn().map(|p| p.1).collect()))
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::{Line, Stroke};
+    use crate::plot::{Stroke, points};
 
-    fn panel_of(x: Vec<f64>, y: Vec<f64>) -> Panel {
-        let line = Line { x, y, stroke: Stroke::solid(Colour::BLACK, 1.0), legend: String::new() };
-        Panel { marks: vec![Mark::Line(line)], ..Panel::new(Axis::linear(""), Axis::log("")) }
+    fn panel_of(x: &[f64], y: &[f64]) -> Panel {
+        let line = Mark::line(points(x, y), Stroke::solid(Colour::BLACK, 1.0));
+        Panel::new(Axis::linear(""), Axis::log(""), [line])
     }
 
     #[test]
     fn limits_take_in_only_points_with_a_place_on_both_axes() {
-        let panel = panel_of(vec![0.0, 1.0, 50.0, f64::NAN], vec![1.0, 100.0, -1.0, 1e9]);
-        let ((x_low, x_high), (y_low, y_high)) = panel.limits();
+        let panel = panel_of(&[0.0, 1.0, 50.0, f64::NAN], &[1.0, 100.0, -1.0, 1e9]);
+        let [(x_low, x_high), (y_low, y_high)] = panel.limits();
         assert!(x_low < 0.0 && (1.0..1.1).contains(&x_high));
         assert!((0.5..1.0).contains(&y_low) && (100.0..200.0).contains(&y_high));
+        let steps = Shape::Histogram {
+            edges: vec![1.0, 2.0, 4.0],
+            counts: vec![7.0, 8.0],
+            stroke: Stroke::solid(Colour::BLACK, 1.0),
+        };
+        assert_eq!(Mark::from(steps).points(), [[1.0, 7.0], [2.0, 8.0], [2.0, 7.0], [4.0, 8.0]]);
     }
 
     #[test]
     fn a_panel_without_drawable_points_is_empty() {
-        assert!(panel_of(vec![], vec![]).is_empty());
-        assert!(panel_of(vec![f64::NAN, 1.0], vec![1.0, -1.0]).is_empty());
-        assert!(!panel_of(vec![1.0], vec![1.0]).is_empty());
+        assert!(panel_of(&[], &[]).is_empty());
+        assert!(panel_of(&[f64::NAN, 1.0], &[1.0, -1.0]).is_empty());
+        assert!(!panel_of(&[1.0], &[1.0]).is_empty());
     }
 }

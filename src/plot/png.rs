@@ -6,10 +6,10 @@ use resvg::usvg;
 use super::font;
 
 /// Resolution of the PNG files, dots per inch of the printed page.
-pub(super) const DPI: f32 = 300.0;
+pub const DPI: f32 = 300.0;
 
 /// Renders an SVG written by this room to the bytes of a PNG file of [`DPI`].
-pub(super) fn render(svg: &str) -> Result<Vec<u8>, String> {
+pub fn render(svg: &str) -> Result<Vec<u8>, String> {
     let options = usvg::Options { fontdb: font::database(), ..Default::default() };
     let tree = usvg::Tree::from_str(svg, &options).map_err(|error| error.to_string())?;
     let scale = DPI / options.dpi;

@@ -5,65 +5,52 @@ use base64::engine::general_purpose::STANDARD;
 use resvg::tiny_skia::{IntSize, Pixmap};
 
 use super::colour::Colour;
-use super::norm::ColourScale;
+use super::colour_scale::ColourScale;
 
-/// An RGBA picture with premultiplied colours, row 0 on top.
-pub(super) struct Picture {
-    width: usize,
-    height: usize,
-    rgba: Vec<u8>,
+/// The largest side, so that no figure asks for unbounded memory.
+const MAX_SIDE: usize = 16_384;
+
+/// A row-major (y, x) grid with y up as `data:image/png;base64,…`; `None` only if the encoder refuses it.
+pub fn data_uri(values: &[f64], nx: usize, ny: usize, colours: ColourScale) -> Option<String> {
+    let (width, height) = (nx.clamp(1, MAX_SIDE), ny.clamp(1, MAX_SIDE));
+    let size = IntSize::from_wh(width as u32, height as u32)?;
+    let png = Pixmap::from_vec(rgba(values, nx, [width, height], colours), size)?.encode_png().ok()?;
+    Some(format!("data:image/png;base64,{}", STANDARD.encode(&png)))
 }
 
-impl Picture {
-    /// The largest side, so that no figure asks for unbounded memory.
-    const MAX_SIDE: usize = 16_384;
-
-    /// A row-major (y, x) grid with y up in colours; cells that are missing or not finite stay transparent.
-    pub fn of_grid(values: &[f64], nx: usize, ny: usize, colours: ColourScale) -> Self {
-        let (width, height) = (nx.clamp(1, Self::MAX_SIDE), ny.clamp(1, Self::MAX_SIDE));
-        let mut rgba = vec![0; 4 * width * height];
-        for (row, pixels) in rgba.chunks_exact_mut(4 * width).enumerate() {
-            let start = (height - 1 - row) * nx;
-            let cells = values.get(start..).unwrap_or_default().iter().take(nx);
-            for (pixel, &value) in pixels.chunks_exact_mut(4).zip(cells) {
-                if let Some(t) = colours.norm.position(value) {
-                    let Colour(r, g, b) = colours.map.at(t);
-                    pixel.copy_from_slice(&[r, g, b, 255]);
-                }
+/// Row 0 on top; cells that are missing or not finite stay transparent.
+fn rgba(values: &[f64], nx: usize, [width, height]: [usize; 2], colours: ColourScale) -> Vec<u8> {
+    let mut rgba = vec![0; 4 * width * height];
+    for (row, pixels) in rgba.chunks_exact_mut(4 * width).rev().enumerate() {
+        let cells = values.get(row * nx..).unwrap_or_default().iter().take(nx);
+        for (pixel, &value) in pixels.chunks_exact_mut(4).zip(cells) {
+            if let Some(Colour(r, g, b)) = colours.colour(value) {
+                pixel.copy_from_slice(&[r, g, b, 255]);
             }
         }
-        Self { width, height, rgba }
     }
-
-    /// The picture as `data:image/png;base64,…`; `None` only if the encoder refuses it.
-    pub fn data_uri(self) -> Option<String> {
-        let size = IntSize::from_wh(self.width as u32, self.height as u32)?;
-        let png = Pixmap::from_vec(self.rgba, size)?.encode_png().ok()?;
-        Some(format!("data:image/png;base64,{}", STANDARD.encode(&png)))
-    }
+    rgba
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::{ColourMap, Norm};
+    use crate::plot::{ColourMap, Stretch};
 
-    fn linear(map: ColourMap) -> ColourScale {
-        ColourScale { map, norm: Norm::Linear { low: 0.0, high: 1.0 } }
-    }
+    const COLOURS: ColourScale =
+        ColourScale { map: ColourMap::Inferno, low: 0.0, high: 1.0, stretch: Stretch::Linear };
 
     #[test]
     fn the_first_row_of_a_grid_is_at_the_bottom_and_nan_is_transparent() {
-        let picture = Picture::of_grid(&[0.0, f64::NAN, 1.0, 1.0], 2, 2, linear(ColourMap::Inferno));
+        let rgba = rgba(&[0.0, f64::NAN, 1.0, 1.0], 2, [2, 2], COLOURS);
         let Colour(r, g, b) = ColourMap::Inferno.at(1.0);
-        assert_eq!(picture.rgba[..4], [r, g, b, 255]);
-        assert_eq!(picture.rgba[12..], [0, 0, 0, 0]);
+        assert_eq!((&rgba[..4], &rgba[12..]), (&[r, g, b, 255][..], &[0; 4][..]));
     }
 
     #[test]
     fn missing_cells_do_not_panic() {
         for (nx, ny) in [(3, 3), (0, 0), (1, 100_000)] {
-            let uri = Picture::of_grid(&[1.0], nx, ny, linear(ColourMap::Viridis)).data_uri();
+            let uri = data_uri(&[1.0], nx, ny, COLOURS);
             assert!(uri.unwrap().starts_with("data:image/png;base64,iVBOR"));
         }
     }

@@ -55,61 +55,36 @@ mod tests {
 
     /// One panel with every kind of mark, over values of which many cannot be drawn.
     fn everything(values: &[f64], scale: Scale) -> Figure {
+        let (colour, stroke, legend) = (Colour::BLUE, Stroke::dashed(Colour::RED, 1.0), "a < b & c");
+        let (points, colours) = (points(values, values), ColourScale::symmetric_about(0.0, values, 0.98));
+        let (many, edges, bars) = (
+            points.repeat(2000),
+            points.iter().map(|[x, y]| [*x, *y, *y]).collect(),
+            points.iter().map(|[x, y]| [*x, *y, *y, *y]).collect(),
+        );
         let v = values.to_vec();
-        let stroke = Stroke::dashed(Colour::RED, 1.0);
-        let norm = Norm::symmetric_about(0.0, values, 0.98);
-        let colours = ColourScale { map: ColourMap::Diverging, norm };
-        let legend = || "a < b & c".to_string();
-        let marks = vec![
-            Mark::Raster(Raster {
-                values: v.clone(),
-                nx: 3,
-                ny: 2,
-                extent: Extent::square([0.5; 2], 0.4),
-                colours,
-            }),
-            Mark::Line(Line { x: v.clone(), y: v.clone(), stroke, legend: legend() }),
-            Mark::Band(Band { x: v.clone(), low: v.clone(), high: v.clone(), colour: Colour::BLUE }),
-            Mark::Scatter(Scatter {
-                x: v.repeat(2000),
-                y: v.repeat(2000),
-                colour: Colour::BLUE,
-                radius_pt: 1.0,
-                opacity: 0.5,
-                legend: legend(),
-            }),
-            Mark::ErrorBars(ErrorBars {
-                x: v.clone(),
-                y: v.clone(),
-                low: v.clone(),
-                high: v.clone(),
-                colour: Colour::GREEN,
-                legend: legend(),
-            }),
-            Mark::Histogram(Histogram { edges: v.clone(), counts: v.clone(), stroke, legend: legend() }),
-            Mark::Region(Region {
-                rings: vec![v.iter().copied().zip(v.iter().copied()).collect()],
-                stroke,
-                opacity: 0.5,
-                legend: legend(),
-            }),
-            Mark::Circle(Circle { x: 0.0, y: f64::NAN, radius: 1.0, stroke }),
-            Mark::Rule(Rule { at: RuleAt::X(f64::NAN), stroke }),
-            Mark::Rule(Rule { at: RuleAt::Y(0.0), stroke }),
-            Mark::Text(Text {
-                at: TextAt::Data(f64::INFINITY, 1.0),
-                text: "never".into(),
-                anchor: Anchor::Start,
-                colour: Colour::BLACK,
-                halo: None,
-            }),
-        ];
+        let (anchor, at) = (Anchor::Start, At::DataFraction(f64::INFINITY, 1.0));
+        let mut marks: Vec<Mark> = [
+            Shape::Raster { values: v.clone(), nx: 3, ny: 2, extent: Extent::square([0.5; 2], 0.4), colours },
+            Shape::Line { points: points.clone(), stroke },
+            Shape::Band { edges, colour },
+            Shape::Dots { points: many, colour, radius_pt: 1.0, opacity: 0.5 },
+            Shape::ErrorBars { points: bars, colour },
+            Shape::Histogram { edges: v.clone(), counts: v, stroke },
+            Shape::Region { rings: vec![points], stroke, opacity: 0.5 },
+        ]
+        .map(|shape| Mark::from(shape).named(legend))
+        .into();
+        marks.extend([
+            Shape::Circle { centre: [0.0, f64::NAN], radius: 1.0, stroke }.into(),
+            Mark::rule(Rule::X(f64::NAN), stroke),
+            Mark::rule(Rule::Y(0.0), stroke),
+            Shape::Text { at, text: "never".into(), anchor, colour, halo: None }.into(),
+        ]);
         let axis = Axis { scale, ..Axis::linear("θ_{x} <&>") };
-        let colour_bar = Some(ColourBar { colours, label: "κ".into(), side: Side::TopOver(9) });
-        Figure {
-            panels: vec![Panel { marks, colour_bar, ..Panel::new(axis.clone(), axis) }],
-            ..Figure::one_column("all < & marks")
-        }
+        let colour_bar = Some(ColourBar { colours, label: "κ".into(), panels: 9 });
+        let panel = Panel { colour_bar, ..Panel::new(axis.clone(), axis, marks) };
+        Figure::one_column("all < & marks", 0.75, panel)
     }
 
     const AWKWARD: [f64; 8] = [f64::NAN, -1.0, 0.0, f64::INFINITY, 1e300, -1e300, 1e-300, f64::NEG_INFINITY];
@@ -136,6 +111,7 @@ mod tests {
         let figure = everything(&[0.2, 0.3, 0.5, f64::NAN], Scale::Log);
         let svg = figure.to_svg();
         assert_eq!(svg, figure.to_svg());
+        assert!(svg.contains("width=\"84mm\"") && svg.contains("<title>all &lt; &amp; marks</title>"));
         assert!(svg.contains("θ<tspan") && svg.contains("a &lt; b &amp; c") && svg.contains("DejaVu Sans"));
     }
 

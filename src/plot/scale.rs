@@ -11,7 +11,7 @@ pub enum Scale {
 
 impl Scale {
     /// The value on the axis' own ruler; `None` if it has no place there.
-    pub(super) fn forward(self, value: f64) -> Option<f64> {
+    pub fn forward(self, value: f64) -> Option<f64> {
         let ruler = match self {
             Self::Linear => value,
             Self::Log => value.log10(),
@@ -27,7 +27,7 @@ impl Scale {
     }
 
     /// Smallest and largest value that have a place on this scale.
-    pub(super) fn range(self, values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+    pub fn range(self, values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
         values.into_iter().filter(|&value| self.forward(value).is_some()).fold(None, |range, value| {
             let (low, high) = range.unwrap_or((value, value));
             Some((value.min(low), value.max(high)))
@@ -35,7 +35,7 @@ impl Scale {
     }
 
     /// Limits widened on both sides by a fraction of their distance on the ruler.
-    pub(super) fn padded(self, (low, high): (f64, f64), fraction: f64) -> (f64, f64) {
+    pub fn padded(self, (low, high): (f64, f64), fraction: f64) -> (f64, f64) {
         match (self.forward(low), self.forward(high)) {
             (Some(a), Some(b)) => {
                 let pad = fraction * (b - a);
@@ -46,7 +46,7 @@ impl Scale {
     }
 
     /// The nearest limits that can be drawn: ordered, apart, and positive on a logarithmic scale.
-    pub(super) fn drawable(self, limits: Option<(f64, f64)>) -> (f64, f64) {
+    pub fn drawable(self, limits: Option<(f64, f64)>) -> (f64, f64) {
         const NARROWEST: f64 = 1e-9;
         let empty = match self {
             Self::Linear => (0.0, 1.0),
@@ -70,14 +70,14 @@ impl Scale {
 
 /// Whether an axis lies or stands, and so whether its labels stand side by side or above each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Direction {
+pub enum Direction {
     Horizontal,
     Vertical,
 }
 
 /// An axis laid on the page: which value lies at which point.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Span {
+pub struct Span {
     pub scale: Scale,
     pub low: f64,
     pub high: f64,

@@ -4,41 +4,41 @@ use super::colour::{Colour, Stroke};
 use super::svg::{Anchor, TextStyle};
 
 /// Size of tick labels, legends and notes.
-pub(super) const SMALL_PT: f64 = 7.0;
+pub const SMALL_PT: f64 = 7.0;
 /// Size of axis labels and titles.
-pub(super) const LABEL_PT: f64 = 8.0;
+pub const LABEL_PT: f64 = 8.0;
 /// Between a frame and its tick labels.
-pub(super) const TICK_GAP_PT: f64 = 3.0;
+pub const TICK_GAP_PT: f64 = 3.0;
 /// Between tick labels and axis label.
-pub(super) const LABEL_GAP_PT: f64 = 2.5;
+pub const LABEL_GAP_PT: f64 = 2.5;
 /// Thickness of a colour bar.
-pub(super) const BAR_PT: f64 = 5.0;
+pub const BAR_PT: f64 = 5.0;
 /// Between a frame and its colour bar.
-pub(super) const BAR_GAP_PT: f64 = 3.5;
+pub const BAR_GAP_PT: f64 = 3.5;
 /// Height of a line of text that may carry scripts, relative to its size.
-pub(super) const LINE_HEIGHT: f64 = 1.15;
+pub const LINE_HEIGHT: f64 = 1.15;
 /// Height of a line of captions.
-pub(super) const CAPTION_PT: f64 = 1.3 * SMALL_PT;
+pub const CAPTION_PT: f64 = 1.3 * SMALL_PT;
 /// From the middle of the digits down to the baseline, relative to the size.
-pub(super) const HALF_DIGIT: f64 = 0.36;
+pub const HALF_DIGIT: f64 = 0.36;
 /// Frame and ticks of every panel and colour bar.
-pub(super) const FRAME: Stroke = Stroke::solid(Colour::BLACK, 0.6);
+pub const FRAME: Stroke = Stroke::solid(Colour::BLACK, 0.6);
 /// Opacity of the area under a histogram.
-pub(super) const HISTOGRAM_OPACITY: f64 = 0.125;
+pub const HISTOGRAM_OPACITY: f64 = 0.125;
 /// Radius of a point with error bars.
-pub(super) const POINT_PT: f64 = 1.5;
+pub const POINT_PT: f64 = 1.5;
 
 /// The stroke of error bars.
-pub(super) fn error_bar(colour: Colour) -> Stroke {
+pub fn error_bar(colour: Colour) -> Stroke {
     Stroke::solid(colour, 0.7)
 }
 
 /// Black text without an outline.
-pub(super) fn text(size_pt: f64, anchor: Anchor) -> TextStyle {
+pub fn text(size_pt: f64, anchor: Anchor) -> TextStyle {
     TextStyle { size_pt, anchor, colour: Colour::BLACK, upwards: false, halo: None }
 }
 
 /// Height that a line of text takes beside a frame; an empty one takes none.
-pub(super) fn line_pt(text: &str, size_pt: f64) -> f64 {
+pub fn line_pt(text: &str, size_pt: f64) -> f64 {
     if text.is_empty() { 0.0 } else { LABEL_GAP_PT + LINE_HEIGHT * size_pt }
 }

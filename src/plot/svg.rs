@@ -2,17 +2,16 @@
 
 use std::fmt::Write;
 
-use super::colour::{Colour, Dash, Stroke};
+use super::colour::{Colour, Stroke};
 use super::font::FAMILY;
 use super::markup::{escape, tspans};
-use super::scale::Direction;
 
 /// Points in a millimetre.
-pub(super) const PT_PER_MM: f64 = 72.0 / 25.4;
+pub const PT_PER_MM: f64 = 72.0 / 25.4;
 
 /// A rectangle on the page in points, y down.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Rect {
+pub struct Rect {
     pub x: f64,
     pub y: f64,
     pub width: f64,
@@ -39,17 +38,14 @@ impl Rect {
 /// Which point of a text its coordinates name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// Left end.
     Start,
-    /// Middle.
     Middle,
-    /// Right end.
     End,
 }
 
 /// How a text is written.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct TextStyle {
+pub struct TextStyle {
     pub size_pt: f64,
     pub anchor: Anchor,
     pub colour: Colour,
@@ -60,7 +56,7 @@ pub(super) struct TextStyle {
 }
 
 /// An SVG document being written.
-pub(super) struct Svg {
+pub struct Svg {
     text: String,
     ids: usize,
 }
@@ -111,19 +107,12 @@ impl Svg {
 
     pub fn filled_path(&mut self, d: &str, colour: Colour, opacity: f64) {
         if !d.is_empty() {
-            self.put(format_args!(
-                "<path d=\"{d}\" fill=\"{colour}\" fill-opacity=\"{}\"/>",
-                number(opacity)
-            ));
+            self.put(format_args!("<path d=\"{d}\" {}/>", filling(colour, opacity)));
         }
     }
 
     pub fn filled_rect(&mut self, rect: Rect, colour: Colour, opacity: f64) {
-        self.put(format_args!(
-            "<rect {} fill=\"{colour}\" fill-opacity=\"{}\"/>",
-            place(rect),
-            number(opacity)
-        ));
+        self.put(format_args!("<rect {} {}/>", place(rect), filling(colour, opacity)));
     }
 
     pub fn stroked_rect(&mut self, rect: Rect, stroke: Stroke) {
@@ -131,28 +120,25 @@ impl Svg {
     }
 
     pub fn stroked_ellipse(&mut self, (x, y): (f64, f64), (rx, ry): (f64, f64), stroke: Stroke) {
-        let (x, y, rx, ry) = (number(x), number(y), number(rx), number(ry));
+        let [x, y, rx, ry] = [x, y, rx, ry].map(number);
+        let stroke = stroking(stroke);
         self.put(format_args!(
-            "<ellipse cx=\"{x}\" cy=\"{y}\" rx=\"{rx}\" ry=\"{ry}\" fill=\"none\"{}/>",
-            stroking(stroke)
+            "<ellipse cx=\"{x}\" cy=\"{y}\" rx=\"{rx}\" ry=\"{ry}\" fill=\"none\"{stroke}/>"
         ));
     }
 
-    pub fn disc(&mut self, (x, y): (f64, f64), radius_pt: f64, colour: Colour, opacity: f64) {
-        let (x, y, r, opacity) = (number(x), number(y), number(radius_pt), number(opacity));
-        self.put(format_args!(
-            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{colour}\" fill-opacity=\"{opacity}\"/>"
-        ));
+    pub fn disc(&mut self, (x, y): (f64, f64), radius_pt: f64, colour: Colour) {
+        let ([x, y, r], fill) = ([x, y, radius_pt].map(number), filling(colour, 1.0));
+        self.put(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" {fill}/>"));
     }
 
     /// A path of round dots, one for each subpath `Mx yh0`; overlaps do not darken.
     pub fn dots(&mut self, d: &str, diameter_pt: f64, colour: Colour, opacity: f64) {
         if !d.is_empty() {
+            let [diameter, opacity] = [diameter_pt, opacity].map(number);
             self.put(format_args!(
-                "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\" stroke-linecap=\"round\" \
-                 stroke-opacity=\"{}\"/>",
-                number(diameter_pt),
-                number(opacity)
+                "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{diameter}\" \
+                 stroke-linecap=\"round\" stroke-opacity=\"{opacity}\"/>"
             ));
         }
     }
@@ -165,18 +151,14 @@ impl Svg {
         ));
     }
 
-    /// A rectangle filled with colours from left to right or from the bottom up.
-    pub fn gradient_rect(&mut self, rect: Rect, colours: &[Colour], direction: Direction) {
+    /// A rectangle filled with colours from left to right.
+    pub fn gradient_rect(&mut self, rect: Rect, colours: &[Colour]) {
         self.ids += 1;
         let id = self.ids;
-        let end = match direction {
-            Direction::Horizontal => "x2=\"1\" y2=\"0\"",
-            Direction::Vertical => "y1=\"1\" x2=\"0\" y2=\"0\"",
-        };
         let last = colours.len().saturating_sub(1).max(1) as f64;
         let stop = |(i, colour)| format!("<stop offset=\"{:.4}\" stop-color=\"{colour}\"/>", i as f64 / last);
         let stops: String = colours.iter().enumerate().map(stop).collect();
-        self.put(format_args!("<linearGradient id=\"id{id}\" {end}>{stops}</linearGradient>"));
+        self.put(format_args!("<linearGradient id=\"id{id}\" x2=\"1\" y2=\"0\">{stops}</linearGradient>"));
         self.put(format_args!("<rect {} fill=\"url(#id{id})\"/>", place(rect)));
     }
 
@@ -185,7 +167,7 @@ impl Svg {
         if label.is_empty() {
             return;
         }
-        let (x, y, size) = (number(x), number(y), number(style.size_pt));
+        let [x, y, size, halo_width] = [x, y, style.size_pt, 0.22 * style.size_pt].map(number);
         let anchor = match style.anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -193,19 +175,21 @@ impl Svg {
         };
         let turn = if style.upwards { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
         let halo = style.halo.map_or(String::new(), |colour| {
-            let width = number(0.22 * style.size_pt);
-            format!(" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\" paint-order=\"stroke\"")
+            format!(
+                " stroke=\"{colour}\" stroke-width=\"{halo_width}\" stroke-linejoin=\"round\" \
+                 paint-order=\"stroke\""
+            )
         });
+        let (colour, spans) = (style.colour, tspans(label, style.size_pt));
         self.put(format_args!(
-            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{}\"{halo}{turn}>{}</text>",
-            style.colour,
-            tspans(label, style.size_pt)
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{colour}\"\
+             {halo}{turn}>{spans}</text>"
         ));
     }
 }
 
 /// A number with at most two decimals (0.01 pt is 4 µm); what is not finite becomes 0.
-pub(super) fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return "0".into();
     }
@@ -216,19 +200,24 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
+/// A point as paths write it.
+pub fn point((x, y): (f64, f64)) -> String {
+    format!("{} {}", number(x), number(y))
+}
+
 fn place(rect: Rect) -> String {
-    let (x, y, width, height) = (number(rect.x), number(rect.y), number(rect.width), number(rect.height));
+    let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(number);
     format!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"")
 }
 
-fn stroking(stroke: Stroke) -> String {
-    let w = stroke.width_pt;
-    let dash = match stroke.dash {
-        Dash::Solid => String::new(),
-        Dash::Dashed => format!(" stroke-dasharray=\"{} {}\"", number(1.5 + 3.0 * w), number(1.0 + 1.5 * w)),
-        Dash::Dotted => format!(" stroke-dasharray=\"{} {}\"", number(w), number(0.8 + w)),
-    };
-    format!(" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\"{dash}", stroke.colour, number(w))
+fn filling(colour: Colour, opacity: f64) -> String {
+    format!("fill=\"{colour}\" fill-opacity=\"{}\"", number(opacity))
+}
+
+fn stroking(Stroke { colour, width_pt, is_dashed }: Stroke) -> String {
+    let [width, dash, gap] = [width_pt, 1.5 + 3.0 * width_pt, 1.0 + 1.5 * width_pt].map(number);
+    let dashes = if is_dashed { format!(" stroke-dasharray=\"{dash} {gap}\"") } else { String::new() };
+    format!(" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}")
 }
 
 #[cfg(test)]
@@ -242,12 +231,5 @@ mod tests {
         assert_eq!(number(100.0), "100");
         assert_eq!(number(12.345678), "12.35");
         assert_eq!(number(f64::NAN), "0");
-    }
-
-    #[test]
-    fn the_title_is_escaped_and_the_page_measured_in_millimetres() {
-        let svg = Svg::new(174.0 * PT_PER_MM, 100.0, "a < b & c").finish();
-        assert!(svg.contains("width=\"174mm\""));
-        assert!(svg.contains("<title>a &lt; b &amp; c</title>"));
     }
 }

@@ -2,10 +2,11 @@
 
 use super::markup::width_pt;
 use super::scale::{Direction, Scale, Span};
+use super::style::SMALL_PT;
 
 /// Ticks of one axis or colour bar.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Ticks {
+pub struct Ticks {
     /// Long ticks with their labels; the label may be empty.
     pub major: Vec<(f64, String)>,
     /// Short ticks.
@@ -16,7 +17,7 @@ pub(super) struct Ticks {
 
 impl Ticks {
     /// The densest ticks, up to seven intervals, whose labels do not touch.
-    pub fn for_span(span: &Span, direction: Direction, size_pt: f64) -> Self {
+    pub fn for_span(span: &Span, direction: Direction) -> Self {
         let of = |intervals| match span.scale {
             Scale::Linear => linear(span.low, span.high, intervals),
             Scale::Log => logarithmic(span.low, span.high, intervals),
@@ -24,14 +25,16 @@ impl Ticks {
         (2..=7)
             .rev()
             .map(of)
-            .find(|ticks| ticks.fit(|value| span.at(value), direction, size_pt))
+            .find(|ticks| ticks.fit(|value| span.at(value), direction))
             .unwrap_or_else(|| of(1))
     }
 
     /// Blanks the labels that stick out of a horizontal span, as long as another one is left.
-    pub fn keep_inside(&mut self, span: &Span, size_pt: f64) {
+    pub fn keep_inside(&mut self, span: &Span) {
         let sticks_out = |value: f64, label: &str| {
-            let (Some(middle), half) = (span.at(value), 0.5 * width_pt(label, size_pt)) else { return false };
+            let (Some(middle), half) = (span.at(value), 0.5 * width_pt(label, SMALL_PT)) else {
+                return false;
+            };
             middle - half < span.start_pt || middle + half > span.end_pt
         };
         let mut left = self.major.iter().filter(|(_, label)| !label.is_empty()).count();
@@ -44,25 +47,25 @@ impl Ticks {
     }
 
     /// True if no two neighbouring labels come too close.
-    fn fit(&self, at: impl Fn(f64) -> Option<f64>, direction: Direction, size_pt: f64) -> bool {
+    fn fit(&self, at: impl Fn(f64) -> Option<f64>, direction: Direction) -> bool {
         let extents: Vec<(f64, f64)> = (self.major.iter())
             .filter(|(_, label)| !label.is_empty())
-            .filter_map(|(value, label)| Some((at(*value)?, extent_pt(label, direction, size_pt))))
+            .filter_map(|(value, label)| Some((at(*value)?, extent_pt(label, direction))))
             .collect();
         extents.windows(2).all(|pair| (pair[1].0 - pair[0].0).abs() >= 0.5 * (pair[0].1 + pair[1].1))
     }
 }
 
 /// Room one label takes along its axis, with the gap to the next.
-pub(super) fn extent_pt(label: &str, direction: Direction, size_pt: f64) -> f64 {
+pub fn extent_pt(label: &str, direction: Direction) -> f64 {
     match direction {
-        Direction::Horizontal => width_pt(label, size_pt) + 1.1 * size_pt,
-        Direction::Vertical => 2.0 * size_pt,
+        Direction::Horizontal => width_pt(label, SMALL_PT) + 1.1 * SMALL_PT,
+        Direction::Vertical => 2.0 * SMALL_PT,
     }
 }
 
 /// An axis label with the ticks' power of ten among its units: `γ [arcsec]` becomes `γ [10^{-3} arcsec]`.
-pub(super) fn with_exponent(label: &str, exponent: i32) -> String {
+pub fn with_exponent(label: &str, exponent: i32) -> String {
     if exponent == 0 {
         return label.into();
     }
@@ -74,12 +77,12 @@ pub(super) fn with_exponent(label: &str, exponent: i32) -> String {
 }
 
 /// `10^{n}` with a true minus sign.
-pub(super) fn power_of_ten(exponent: i32) -> String {
+pub fn power_of_ten(exponent: i32) -> String {
     format!("10^{{{exponent}}}").replace('-', "−")
 }
 
 /// Ticks at multiples of 1, 2 or 5 × 10^n, at most `intervals` apart.
-pub(super) fn linear(low: f64, high: f64, intervals: usize) -> Ticks {
+pub fn linear(low: f64, high: f64, intervals: usize) -> Ticks {
     let raw = (high - low) / intervals as f64;
     let decade = 10f64.powf(raw.log10().floor());
     if !(decade.is_normal() && low.is_finite()) {
@@ -114,7 +117,7 @@ pub(super) fn linear(low: f64, high: f64, intervals: usize) -> Ticks {
 }
 
 /// Ticks at powers of ten; below two decades also at multiples of them.
-pub(super) fn logarithmic(low: f64, high: f64, intervals: usize) -> Ticks {
+pub fn logarithmic(low: f64, high: f64, intervals: usize) -> Ticks {
     let (first, last) = ((low.log10() - 1e-9).ceil() as i32, (high.log10() + 1e-9).floor() as i32);
     let within = |value: &f64| (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(value);
     let multiples = |mantissas: &[i32]| -> Vec<(i32, i32)> {
@@ -152,12 +155,11 @@ pub(super) fn logarithmic(low: f64, high: f64, intervals: usize) -> Ticks {
 }
 
 /// Ticks of an asinh stretch: 0 and ± powers of ten beyond `softening`, thinned until labels do not touch.
-pub(super) fn asinh(
+pub fn asinh(
     (low, high): (f64, f64),
     softening: f64,
     at: impl Fn(f64) -> Option<f64>,
     direction: Direction,
-    size_pt: f64,
 ) -> Ticks {
     let reach = low.abs().max(high.abs());
     let (first, last) = (softening.log10().ceil() as i32, reach.log10().floor() as i32);
@@ -170,7 +172,7 @@ pub(super) fn asinh(
     let mut placed: Vec<(f64, f64)> = Vec::new();
     let mut ticks = Ticks::default();
     for (value, label) in wanted.filter(|(value, _)| within(value)) {
-        let (Some(place), room) = (at(value), extent_pt(&label, direction, size_pt)) else { continue };
+        let (Some(place), room) = (at(value), extent_pt(&label, direction)) else { continue };
         let free = placed.iter().all(|(other, taken)| (place - other).abs() >= 0.5 * (room + taken));
         placed.extend(free.then_some((place, room)));
         ticks.major.push((value, if free { label } else { String::new() }));
@@ -201,10 +203,10 @@ mod tests {
     fn labels_that_stick_out_are_blanked_but_one_stays() {
         let span = |low, high| Span { scale: Scale::Linear, low, high, start_pt: 0.0, end_pt: 100.0 };
         let mut ticks = linear(0.0, 0.3, 3);
-        ticks.keep_inside(&span(0.0, 0.31), 7.0);
+        ticks.keep_inside(&span(0.0, 0.31));
         assert_eq!(labels(&ticks), ["", "0.1", "0.2", ""]);
         let mut alone = linear(0.9, 1.9, 1);
-        alone.keep_inside(&span(0.999, 1.9), 7.0);
+        alone.keep_inside(&span(0.999, 1.9));
         assert_eq!(labels(&alone), ["1"]);
     }
 
@@ -244,8 +246,8 @@ mod tests {
                 [(Scale::Linear, -1.8, 1.8), (Scale::Log, 1e-6, 1e3), (Scale::Linear, 0.0, 12345.0)]
             {
                 let span = Span { scale, low, high, start_pt: 0.0, end_pt: length_pt };
-                let ticks = Ticks::for_span(&span, Direction::Horizontal, 7.0);
-                assert!(ticks.fit(|v| span.at(v), Direction::Horizontal, 7.0), "{length_pt} {scale:?}");
+                let ticks = Ticks::for_span(&span, Direction::Horizontal);
+                assert!(ticks.fit(|v| span.at(v), Direction::Horizontal), "{length_pt} {scale:?}");
                 assert!(ticks.major.iter().all(|(value, _)| span.at(*value).is_some()));
             }
         }
@@ -254,7 +256,7 @@ mod tests {
     #[test]
     fn asinh_ticks_keep_zero_and_the_largest_decade() {
         let at = |v: f64| Some(60.0 * (v / 0.006).asinh());
-        let ticks = asinh((-0.006, 0.5), 0.006, at, Direction::Horizontal, 7.0);
+        let ticks = asinh((-0.006, 0.5), 0.006, at, Direction::Horizontal);
         assert!(labels(&ticks).contains(&"0") && labels(&ticks).contains(&"10^{−1}"));
         assert!(ticks.major.iter().chain([&(0.0, String::new())]).all(|(v, _)| (-0.006..=0.5).contains(v)));
     }

@@ -9,8 +9,8 @@ use crate::mock::{
 };
 use crate::plot::Figure;
 use crate::plot::figures::{
-    CornerData, CornerParameter, CornerPosterior, RecoveredPoint, RecoveryData, corner, recovery,
-    recovery_histograms, recovery_quality,
+    CornerParameter, CornerPosterior, RecoveredPoint, RecoveryData, corner, recovery, recovery_histograms,
+    recovery_quality,
 };
 
 /// A figure of the study.
@@ -209,5 +209,5 @@ pub fn contour_figure(fits: &[&(ShearRecovery, TrueShear)]) -> Figure {
             draws: draws.iter().map(Vec::as_slice).collect(),
         })
         .collect();
-    corner(&CornerData { parameters: &parameters, posteriors: &posteriors })
+    corner(&parameters, &posteriors)
 }

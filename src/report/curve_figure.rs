@@ -1,7 +1,7 @@
 //! Critical curves and caustics: on their own with the images of a source, or over another figure.
 
 use crate::diagnostics::{CriticalCurves, CurveKind, PointImages};
-use crate::plot::figures::{CurveData, CurvesData, curves, overlay};
+use crate::plot::figures::{CurveData, curves, overlay};
 use crate::plot::{Colour, Figure, Panel};
 
 /// Critical curves with the images on the left, caustics with the source on the right.
@@ -12,8 +12,7 @@ pub fn curve_figure(
     half_width_arcsec: f64,
 ) -> Figure {
     let theta: Vec<[f64; 2]> = images.images.iter().map(|image| image.theta_arcsec).collect();
-    let images = Some((theta.as_slice(), source_arcsec));
-    curves(&CurvesData { curves: &curve_data(found), images, half_width_arcsec })
+    curves(&curve_data(found), Some((theta.as_slice(), source_arcsec)), half_width_arcsec)
 }
 
 /// Draws critical curves and, finer, caustics into a panel.

@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::inference::{Fit, ParameterSummary};
 use crate::io::{PosteriorVariable, Provenance, Staging, write_posterior};
 use crate::plot::figures::{
-    CornerData, CornerParameter, CornerPosterior, GridData, ReconstructionData, TraceParameter, corner,
-    reconstruction, source_plane, trace_plot,
+    CornerParameter, CornerPosterior, GridData, TraceParameter, corner, reconstruction, source_plane,
+    trace_plot,
 };
 use crate::plot::{Extent, Figure};
 use crate::profile::light::{LightProfile, Sersic};
@@ -152,7 +152,7 @@ pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[(String, f
             draws: draws.iter().map(Vec::as_slice).collect(),
         })
         .collect();
-    corner(&CornerData { parameters: &parameters, posteriors: &posteriors })
+    corner(&parameters, &posteriors)
 }
 
 /// Draws of every chain, parameter by parameter.
@@ -183,13 +183,9 @@ pub fn reconstruction_figure(fit: &Fit) -> Figure {
     let grid = |values| GridData::square(values, sky.pixels(), sky.half_width_arcsec());
     let masked = observation.data_e_s.iter().zip(&observation.used);
     let data: Vec<f64> = masked.map(|(d, used)| if *used { *d } else { f64::NAN }).collect();
-    reconstruction(&ReconstructionData {
-        data: grid(&data),
-        model: grid(&fit.image.model_e_s),
-        residual: grid(&fit.normalised_residuals()),
-        background_rms_e_per_s: observation.background_rms_e_s,
-        chi2_reduced: fit.chi2_reduced(),
-    })
+    let residuals = fit.normalised_residuals();
+    let grids = [grid(&data), grid(&fit.image.model_e_s), grid(&residuals)];
+    reconstruction(grids, observation.background_rms_e_s, fit.chi2_reduced())
 }
 
 /// The first source of the best fit in its plane, out to four of its radii.

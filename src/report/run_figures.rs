@@ -9,9 +9,8 @@ use crate::diagnostics::CriticalCurves;
 use crate::error::{Error, FileFault, Result};
 use crate::io::{AttributeValue, RunFileReader, read_curves};
 use crate::plot::figures::{
-    CylinderData, DrawnHaloes, FlexionMapsData, GridData, HaloEffects, ImageRow, ImagesData,
-    MassFunctionCurve, MassFunctionData, TidalMapsData, cylinder, flexion_maps, histograms, images,
-    mass_function, tidal_maps,
+    CylinderData, DrawnHaloes, GridData, cylinder, flexion_maps, histograms, images, mass_function,
+    tidal_maps,
 };
 use crate::plot::{Colour, Figure};
 
@@ -82,17 +81,15 @@ fn mass_function_figure(file: &RunFileReader) -> Result<Figure> {
     };
     let z = number(file, "mass_function", "z")?;
     let legend = format!("{name}, z = {z}");
-    let curves = [MassFunctionCurve { name: &legend, m200c_msun: &masses, dn_dlnm_per_cmpc3: &density }];
     if !file.names("mass_function")?.iter().any(|name| name == "drawn") {
-        return Ok(mass_function(&MassFunctionData { curves: &curves, drawn: None }));
+        return Ok(mass_function(&legend, &masses, &density, None));
     }
     let drawn = DrawnHaloes {
-        name: "haloes of this run",
-        m200c_edges_msun: &file.read_1d("mass_function/drawn", "m200c_edges_msun")?,
+        edges_msun: &file.read_1d("mass_function/drawn", "m200c_edges_msun")?,
         counts: &file.read_1d("mass_function/drawn", "counts")?,
         volume_cmpc3: &file.read_1d("mass_function/drawn", "kept_volume_cmpc3")?,
     };
-    Ok(mass_function(&MassFunctionData { curves: &curves, drawn: Some(drawn) }))
+    Ok(mass_function(&legend, &masses, &density, Some(drawn)))
 }
 
 fn cylinder_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
@@ -116,12 +113,8 @@ fn cylinder_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
 fn histogram_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
     let (gamma1, gamma2) = (file.read_1d("haloes", "gamma1_h")?, file.read_1d("haloes", "gamma2_h")?);
     let shear: Vec<f64> = gamma1.iter().zip(&gamma2).map(|(a, b)| a.hypot(*b)).collect();
-    Ok(histograms(&HaloEffects {
-        convergence: &file.read_1d("haloes", "kappa_h")?,
-        shear: &shear,
-        delta: &file.read_1d("haloes", "delta_h")?,
-        delta_threshold: config.diagnostics.delta_threshold,
-    }))
+    let (kappa, delta) = (file.read_1d("haloes", "kappa_h")?, file.read_1d("haloes", "delta_h")?);
+    Ok(histograms([&kappa, &shear, &delta], config.diagnostics.delta_threshold))
 }
 
 /// A map read back, with the outer edges of its cells.
@@ -157,25 +150,14 @@ impl Grid {
 
 fn tidal_map_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
     let on_axis = |name: &str| number(file, "maps", name);
-    let (kappa, gamma1, gamma2) =
-        (Grid::map(file, "kappa")?, Grid::map(file, "gamma1")?, Grid::map(file, "gamma2")?);
-    Ok(tidal_maps(&TidalMapsData {
-        convergence: kappa.data(),
-        gamma1: gamma1.data(),
-        gamma2: gamma2.data(),
-        centre: [on_axis("kappa_on_axis")?, on_axis("gamma1_on_axis")?, on_axis("gamma2_on_axis")?],
-        einstein_radius_arcsec: config.lens.einstein_radius_arcsec,
-    }))
+    let maps = [Grid::map(file, "kappa")?, Grid::map(file, "gamma1")?, Grid::map(file, "gamma2")?];
+    let centres = [on_axis("kappa_on_axis")?, on_axis("gamma1_on_axis")?, on_axis("gamma2_on_axis")?];
+    Ok(tidal_maps(maps.each_ref().map(Grid::data), centres, config.lens.einstein_radius_arcsec))
 }
 
 fn flexion_map_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
-    let (f, g, delta) = (Grid::map(file, "abs_f")?, Grid::map(file, "abs_g")?, Grid::map(file, "delta")?);
-    Ok(flexion_maps(&FlexionMapsData {
-        f_per_arcsec: f.data(),
-        g_per_arcsec: g.data(),
-        delta: delta.data(),
-        einstein_radius_arcsec: config.lens.einstein_radius_arcsec,
-    }))
+    let maps = [Grid::map(file, "abs_f")?, Grid::map(file, "abs_g")?, Grid::map(file, "delta")?];
+    Ok(flexion_maps(maps.each_ref().map(Grid::data), config.lens.einstein_radius_arcsec))
 }
 
 fn image_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
@@ -186,12 +168,9 @@ fn image_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
         Ok([all, tidal, difference])
     };
     let (noise_free, noisy) = (pair("noise_free")?, pair("noisy")?);
-    let mut figure = images(&ImagesData {
-        noise_free: row(&noise_free),
-        noisy: row(&noisy),
-        background_rms_e_per_s: config.instrument.background_rms_e_s(),
-        delta_threshold: config.diagnostics.delta_threshold,
-    });
+    let [noise_free, noisy] = [&noise_free, &noisy].map(|row| row.each_ref().map(Grid::data));
+    let background_rms_e_s = config.instrument.background_rms_e_s();
+    let mut figure = images(noise_free, noisy, background_rms_e_s, config.diagnostics.delta_threshold);
     for (column, name) in ["all_haloes", "tidal_haloes"].into_iter().enumerate() {
         if let Some(curves) = saved_curves(file, &format!("images/{name}"))? {
             let panels = figure.panels.iter_mut().skip(column).step_by(3);
@@ -199,8 +178,4 @@ fn image_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
         }
     }
     Ok(figure)
-}
-
-fn row(grids: &[Grid; 3]) -> ImageRow<'_> {
-    ImageRow { all_haloes: grids[0].data(), without_rough: grids[1].data(), difference: grids[2].data() }
 }

@@ -4,7 +4,7 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::pipeline::{CutRow, ImageResidual, TidalResidual, rms};
 use crate::plot::Figure;
-use crate::plot::figures::{CutData, GridData, TidalResidualsData, cut, tidal_residuals};
+use crate::plot::figures::{GridData, ModelResiduals, cut, tidal_residuals};
 
 /// What the tidal and flexion models leave: the maps of the first sightline and the rms of all.
 ///
@@ -16,20 +16,18 @@ pub fn tidal_residual_figure(config: &Config, rows: &[TidalResidual]) -> Result<
     let half_width_arcsec = rays.half_width_arcsec + 0.5 * rays.step_arcsec();
     let of_rays = |values| GridData::square(values, rays.points, half_width_arcsec);
     let of_pixels = |values| GridData::square(values, image.grid.pixels(), image.grid.half_width_arcsec());
-    let chi_squared = |pick: &dyn Fn(&TidalResidual) -> &[f64]| -> Vec<f64> {
-        rows.iter().map(|row| ImageResidual::chi_squared(pick(row))).collect()
+    type Pick = fn(&TidalResidual) -> &[f64];
+    let residuals = |rays: Pick, image: Pick| ModelResiduals {
+        rays: of_rays(rays(first)),
+        image: of_pixels(image(first)),
+        chi_squared: rows.iter().map(|row| ImageResidual::chi_squared(image(row))).collect(),
+        rms_arcsec: rows.iter().map(|row| rms(rays(row))).collect(),
     };
-    Ok(tidal_residuals(&TidalResidualsData {
-        tidal: of_rays(&first.tidal_arcsec),
-        flexion: of_rays(&first.flexion_arcsec),
-        tidal_image: of_pixels(&image.tidal_over_noise),
-        flexion_image: of_pixels(&image.flexion_over_noise),
-        tidal_chi_squared: &chi_squared(&|row| &row.image.tidal_over_noise),
-        flexion_chi_squared: &chi_squared(&|row| &row.image.flexion_over_noise),
-        tidal_rms_arcsec: &rows.iter().map(|row| rms(&row.tidal_arcsec)).collect::<Vec<_>>(),
-        flexion_rms_arcsec: &rows.iter().map(|row| rms(&row.flexion_arcsec)).collect::<Vec<_>>(),
-        einstein_radius_arcsec: config.lens.einstein_radius_arcsec,
-    }))
+    let models = [
+        residuals(|row| &row.tidal_arcsec, |row| &row.image.tidal_over_noise),
+        residuals(|row| &row.flexion_arcsec, |row| &row.image.flexion_over_noise),
+    ];
+    Ok(tidal_residuals(&models, config.lens.einstein_radius_arcsec))
 }
 
 /// What the shear cut changes, against the loosest cut of the study.
@@ -43,13 +41,17 @@ pub fn cut_figure(rows: &[CutRow]) -> Figure {
         rows.iter().map(|row| last.map_or(f64::NAN, |last| of(row, last))).collect()
     };
     let pixels = |row: &CutRow| row.image_over_noise.iter().map(|v| v.abs()).fold(0.0, f64::max);
-    cut(&CutData {
-        min_point_shear: &rows.iter().map(|row| row.min_point_shear).collect::<Vec<_>>(),
-        kappa: &change(&["kappa_os"]),
-        gamma: &change(&["gamma1_os", "gamma2_os"]),
-        f_per_arcsec: &change(&["F1_os_per_arcsec", "F2_os_per_arcsec"]),
-        delta: &change(&["delta_tot"]),
-        image_largest: &rows.iter().map(pixels).collect::<Vec<_>>(),
-        image_chi_squared: &rows.iter().map(CutRow::image_chi_squared).collect::<Vec<_>>(),
-    })
+    let column = |value: &dyn Fn(&CutRow) -> f64| -> Vec<f64> { rows.iter().map(value).collect() };
+    let tensors = [
+        change(&["kappa_os"]),
+        change(&["gamma1_os", "gamma2_os"]),
+        change(&["F1_os_per_arcsec", "F2_os_per_arcsec"]),
+        change(&["delta_tot"]),
+    ];
+    let image = [column(&pixels), column(&CutRow::image_chi_squared)];
+    cut(
+        &column(&|row| row.min_point_shear),
+        tensors.each_ref().map(Vec::as_slice),
+        image.each_ref().map(Vec::as_slice),
+    )
 }

@@ -1,10 +1,10 @@
 //! Corner plot of posteriors: contours of every pair of parameters, every parameter on the diagonal.
 
+use std::cmp::Ordering;
+
 use crate::inference::DrawStatistics;
 use crate::plot::density;
-use crate::plot::{
-    Anchor, Axis, Caption, Colour, Figure, Line, Mark, Panel, Region, Rule, RuleAt, Stroke, quantile,
-};
+use crate::plot::{Anchor, Axis, Caption, Colour, Figure, Mark, Panel, Rule, Shape, Stroke, quantile};
 
 /// Fractions of the draws inside the contours.
 const FRACTIONS: [f64; 2] = [0.68, 0.95];
@@ -39,57 +39,40 @@ pub struct CornerPosterior<'a> {
     pub draws: Vec<&'a [f64]>,
 }
 
-/// What a corner plot shows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CornerData<'a> {
-    /// Parameters, from the left.
-    pub parameters: &'a [CornerParameter<'a>],
-    /// Posteriors laid over one another, each in a colour of its own.
-    pub posteriors: &'a [CornerPosterior<'a>],
-}
-
-/// Draws the corner plot; above each curve of the diagonal the median and the 68% highest-density interval.
-pub fn corner(data: &CornerData) -> Figure {
-    let count = data.parameters.len();
-    let labels = labels(data);
-    let limits: Vec<Option<(f64, f64)>> = (0..count).map(|i| limits(data, i)).collect();
+/// Draws the corner plot of parameters, from the left, and posteriors laid over one another, each in a colour of its own;
+/// above each curve of the diagonal the median and the 68% highest-density interval.
+pub fn corner(parameters: &[CornerParameter], posteriors: &[CornerPosterior]) -> Figure {
+    let count = parameters.len();
+    let axis = |i: usize, is_outer: bool| {
+        let CornerParameter { label, unit, .. } = parameters[i];
+        let has_room = !unit.is_empty() && count <= MOST_WITH_UNITS;
+        let label = if has_room { format!("{label} [{unit}]") } else { label.to_string() };
+        Axis { limits: limits(&parameters[i], posteriors, i), ..Axis::linear(&label) }.outer(is_outer)
+    };
     let mut panels = Vec::new();
-    for row in 0..count {
-        for column in 0..count {
-            let mut panel = match column.cmp(&row) {
-                std::cmp::Ordering::Less => pair(data, column, row),
-                std::cmp::Ordering::Equal => curve(data, row),
-                std::cmp::Ordering::Greater => Panel::blank(),
-            };
-            let axis = |parameter: usize, is_outer: bool| Axis {
-                limits: limits[parameter],
-                tick_labels: is_outer,
-                ..Axis::linear(if is_outer { &labels[parameter] } else { "" })
-            };
-            panel.x = axis(column, row + 1 == count);
-            if column < row {
-                panel.y = axis(row, column == 0);
+    for (row, column) in (0..count).flat_map(|row| (0..count).map(move |column| (row, column))) {
+        let x = axis(column, row + 1 == count);
+        let mut panel = match column.cmp(&row) {
+            Ordering::Less => {
+                let (at_x, at_y) = (parameters[column].truth, parameters[row].truth);
+                let truths = truth_line(at_x, Rule::X).into_iter().chain(truth_line(at_y, Rule::Y));
+                Panel::new(x, axis(row, column == 0), pair(posteriors, column, row).into_iter().chain(truths))
             }
-            if row == 0 && column + 1 == count {
-                panel.marks.extend(legend(data));
+            Ordering::Equal => {
+                // Wide captions grow into the empty upper triangle, or to the left where that ends.
+                let anchor = if 2 * row < count { Anchor::Start } else { Anchor::End };
+                curves(x, &parameters[row], posteriors, row, anchor)
             }
-            panels.push(panel);
+            Ordering::Greater => Panel { x, ..Panel::blank() },
+        };
+        if row == 0 && column + 1 == count {
+            panel.marks.extend(legend(parameters, posteriors));
         }
+        panels.push(panel);
     }
     let title = "Posterior distributions of the parameters, pair by pair";
-    let figure = if count <= 3 { Figure::one_column(title) } else { Figure::full_width(title) };
-    Figure { columns: count.max(1), panel_aspect: 1.0, panels, ..figure }
-}
-
-/// Axis labels, with units where there is room; captions have them too.
-fn labels(data: &CornerData) -> Vec<String> {
-    let label = |parameter: &CornerParameter| match parameter.unit {
-        unit if !unit.is_empty() && data.parameters.len() <= MOST_WITH_UNITS => {
-            format!("{} [{unit}]", parameter.label)
-        }
-        _ => parameter.label.to_string(),
-    };
-    data.parameters.iter().map(label).collect()
+    let figure = Figure::full_width(title, 1.0, count, panels);
+    if count <= 3 { Figure { width_mm: Figure::ONE_COLUMN_MM, ..figure } } else { figure }
 }
 
 fn draws<'a>(posterior: &'a CornerPosterior, parameter: usize) -> &'a [f64] {
@@ -97,92 +80,78 @@ fn draws<'a>(posterior: &'a CornerPosterior, parameter: usize) -> &'a [f64] {
 }
 
 /// What all posteriors and the truth of a parameter need.
-fn limits(data: &CornerData, parameter: usize) -> Option<(f64, f64)> {
+fn limits(parameter: &CornerParameter, posteriors: &[CornerPosterior], i: usize) -> Option<(f64, f64)> {
     let range = |posterior: &CornerPosterior| {
-        let draws = draws(posterior, parameter);
+        let draws = draws(posterior, i);
         quantile(draws, IN_SIGHT[0]).zip(quantile(draws, IN_SIGHT[1]))
     };
-    let ranges = data.posteriors.iter().filter_map(range);
+    let ranges = posteriors.iter().filter_map(range);
     let (low, high) = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-    let (low, high) = match data.parameters[parameter].truth.filter(|truth| truth.is_finite()) {
-        Some(truth) => (low.min(truth), high.max(truth)),
-        None => (low, high),
-    };
+    let truth = parameter.truth.filter(|truth| truth.is_finite());
+    let (low, high) = truth.map_or((low, high), |truth| (low.min(truth), high.max(truth)));
     let room = ROOM * (high - low);
     Some((low - room, high + room))
 }
 
 /// A panel of the diagonal.
-fn curve(data: &CornerData, parameter: usize) -> Panel {
-    let mut panel = Panel::new(Axis::linear(""), Axis::linear(""));
-    panel.y = Axis { limits: Some((0.0, 1.12)), tick_labels: false, ..Axis::linear("") };
-    for (number, posterior) in data.posteriors.iter().enumerate() {
-        let (draws, colour) = (draws(posterior, parameter), Colour::of_curve(number));
-        let Some((x, y)) = density::curve(draws) else { continue };
-        let foot = |x: Option<&f64>| x.map(|&x| (x, 0.0));
-        let outline = x.iter().copied().zip(y.iter().copied());
-        let ring = foot(x.first()).into_iter().chain(outline).chain(foot(x.last())).collect();
-        panel.marks.push(Mark::Region(Region {
-            rings: vec![ring],
-            stroke: Stroke::solid(colour, 0.0),
-            opacity: 0.5 * OPACITIES[1],
-            legend: String::new(),
+fn curves(
+    x: Axis,
+    CornerParameter { label, unit, truth }: &CornerParameter,
+    posteriors: &[CornerPosterior],
+    i: usize,
+    anchor: Anchor,
+) -> Panel {
+    let mut panel = Panel::new(x, Axis::linear("").between(0.0, 1.12).outer(false), []);
+    for (number, posterior) in posteriors.iter().enumerate() {
+        let (draws, colour) = (draws(posterior, i), Colour::of_curve(number));
+        let Some(curve) = density::curve(draws) else { continue };
+        let foot = |point: Option<&[f64; 2]>| point.map(|&[x, _]| [x, 0.0]);
+        let ring = foot(curve.first()).into_iter().chain(curve.iter().copied()).chain(foot(curve.last()));
+        let (rings, opacity) = (vec![ring.collect()], 0.5 * OPACITIES[1]);
+        panel.marks.push(Shape::Region { rings, stroke: Stroke::solid(colour, 0.0), opacity }.into());
+        panel.marks.push(Mark::line(curve, Stroke::solid(colour, 1.0)));
+        let colour = if posteriors.len() > 1 { colour } else { Colour::BLACK };
+        panel.captions.extend(DrawStatistics::of(draws).map(|statistics| Caption {
+            text: format!("{label} = {} {unit}", interval(&statistics)),
+            colour,
+            anchor,
         }));
-        panel.marks.push(Mark::Line(Line::new(x, y, Stroke::solid(colour, 1.0))));
-        // Wide captions grow into the empty upper triangle, or to the left where that ends.
-        let is_left = 2 * parameter < data.parameters.len();
-        let anchor = if is_left { Anchor::Start } else { Anchor::End };
-        let colour = if data.posteriors.len() > 1 { colour } else { Colour::BLACK };
-        if let Some(statistics) = DrawStatistics::of(draws) {
-            let CornerParameter { label, unit, .. } = data.parameters[parameter];
-            let text = format!("{label} = {} {unit}", interval(&statistics));
-            panel.captions.push(Caption { text, colour, anchor });
-        }
     }
-    panel.marks.extend(truth(data, parameter, RuleAt::X));
+    panel.marks.extend(truth_line(*truth, Rule::X));
     panel
 }
 
-/// A panel below the diagonal.
-fn pair(data: &CornerData, x: usize, y: usize) -> Panel {
-    let mut panel = Panel::new(Axis::linear(""), Axis::linear(""));
-    for (number, posterior) in data.posteriors.iter().enumerate() {
+/// Contours of two parameters, for a panel below the diagonal.
+fn pair(posteriors: &[CornerPosterior], x: usize, y: usize) -> Vec<Mark> {
+    let mut marks = Vec::new();
+    for (number, posterior) in posteriors.iter().enumerate() {
         let contours = density::field(draws(posterior, x), draws(posterior, y), &FRACTIONS);
         let Some((field, levels)) = contours else { continue };
-        let colour = Colour::of_curve(number);
-        for (level, opacity) in levels.iter().zip(OPACITIES).rev() {
-            panel.marks.push(Mark::Region(Region {
-                rings: field.rings_above(*level),
-                stroke: Stroke::solid(colour, 0.7),
-                opacity,
-                legend: String::new(),
-            }));
-        }
+        let stroke = Stroke::solid(Colour::of_curve(number), 0.7);
+        let regions = levels.iter().zip(OPACITIES).rev().map(|(level, opacity)| {
+            Mark::from(Shape::Region { rings: field.rings_above(*level), stroke, opacity })
+        });
+        marks.extend(regions);
     }
-    panel.marks.extend(truth(data, x, RuleAt::X));
-    panel.marks.extend(truth(data, y, RuleAt::Y));
-    panel
+    marks
 }
 
 /// The line of the truth.
-fn truth(data: &CornerData, parameter: usize, at: impl Fn(f64) -> RuleAt) -> Option<Mark> {
-    let truth = data.parameters[parameter].truth?;
-    Some(Mark::Rule(Rule { at: at(truth), stroke: Stroke::dashed(Colour::BLACK, 0.6) }))
+fn truth_line(truth: Option<f64>, at: fn(f64) -> Rule) -> Option<Mark> {
+    truth.map(|truth| Mark::rule(at(truth), TRUTH))
 }
 
+const TRUTH: Stroke = Stroke::dashed(Colour::BLACK, 0.6);
+
 /// Samples for the legend, without anything drawn; one posterior alone needs none.
-fn legend(data: &CornerData) -> Vec<Mark> {
+fn legend(parameters: &[CornerParameter], posteriors: &[CornerPosterior]) -> Vec<Mark> {
     let sample = |(number, posterior): (usize, &CornerPosterior)| {
-        let (stroke, legend) = (Stroke::solid(Colour::of_curve(number), 0.7), posterior.legend.to_string());
-        Mark::Region(Region { rings: Vec::new(), stroke, opacity: OPACITIES[0], legend })
+        let stroke = Stroke::solid(Colour::of_curve(number), 0.7);
+        Mark::from(Shape::Region { rings: Vec::new(), stroke, opacity: OPACITIES[0] }).named(posterior.legend)
     };
-    let several = data.posteriors.iter().enumerate().filter(|_| data.posteriors.len() > 1);
-    let mut marks: Vec<Mark> = several.map(sample).collect();
-    if data.parameters.iter().any(|parameter| parameter.truth.is_some()) {
-        let stroke = Stroke::dashed(Colour::BLACK, 0.6);
-        marks.push(Mark::Line(Line { x: Vec::new(), y: Vec::new(), stroke, legend: "truth".into() }));
-    }
-    marks
+    let several = posteriors.iter().enumerate().filter(|_| posteriors.len() > 1).map(sample);
+    let is_known = parameters.iter().any(|parameter| parameter.truth.is_some());
+    several.chain(is_known.then(|| Mark::line([], TRUTH).named("truth"))).collect()
 }
 
 /// Median and distances to the ends of the interval, in markup: `0.0213^{+0.0015}_{−0.0018}`.
@@ -232,30 +201,22 @@ mod tests {
     fn every_pair_has_a_panel_with_its_contours() {
         let wave = |k: f64| -> Vec<f64> { (0..2000).map(|i| (k * f64::from(i)).sin()).collect() };
         let draws = [wave(0.1), wave(0.37), wave(0.91)];
-        let parameter = |label| CornerParameter { label, unit: "arcsec", truth: Some(0.1) };
-        let parameters = [parameter("a"), parameter("b"), parameter("c")];
+        let parameters =
+            ["a", "b", "c"].map(|label| CornerParameter { label, unit: "arcsec", truth: Some(0.1) });
         let all = CornerPosterior { legend: "full", draws: draws.iter().map(Vec::as_slice).collect() };
         let few = CornerPosterior { legend: "minimal", draws: vec![&draws[0], &[], &draws[1]] };
-        let figure = corner(&CornerData { parameters: &parameters, posteriors: &[all, few] });
+        let figure = corner(&parameters, &[all, few]);
         assert_eq!((figure.panels.len(), figure.columns), (9, 3));
         let regions = |panel: usize| {
-            figure.panels[panel].marks.iter().filter(|mark| matches!(mark, Mark::Region(_))).count()
+            let marks = figure.panels[panel].marks.iter();
+            marks.filter(|mark| matches!(mark.shape, Shape::Region { .. })).count()
         };
         // Row by row; two contours a posterior, and the second posterior lacks b.
         assert_eq!([3, 6, 7].map(regions), [2, 4, 2]);
-        assert_eq!(figure.panels[0].captions.len(), 2);
-        assert_eq!(figure.panels[4].captions.len(), 1);
+        assert_eq!([0, 4].map(|i| figure.panels[i].captions.len()), [2, 1]);
         assert!(figure.panels[1].is_blank && figure.panels[7].y.label.is_empty());
         assert_eq!(figure.panels[6].x.label, "a [arcsec]");
         let svg = figure.to_svg();
         assert!(svg.contains("minimal") && svg.contains("truth") && !svg.contains("no data"));
-    }
-
-    #[test]
-    fn nothing_and_constants_do_not_panic() {
-        corner(&CornerData { parameters: &[], posteriors: &[] }).to_svg();
-        let parameters = [CornerParameter { label: "a", unit: "", truth: None }; 2];
-        let constant = CornerPosterior { legend: "", draws: vec![&[1.0, 1.0], &[f64::NAN]] };
-        corner(&CornerData { parameters: &parameters, posteriors: &[constant] }).to_svg();
     }
 }

@@ -1,9 +1,8 @@
 //! The haloes in projection: where along the line of sight they lie, and which of them matter beyond shear.
 
-use crate::plot::ticks;
+use crate::plot::ticks::{self, Ticks};
 use crate::plot::{
-    Anchor, Axis, Colour, Corner, Figure, Mark, Panel, Rule, RuleAt, Scatter, Stroke, Text, TextAt, TopAxis,
-    quantile,
+    Anchor, At, Axis, Colour, Corner, Figure, Mark, Panel, Rule, Shape, Stroke, TopAxis, points, quantile,
 };
 
 /// What the figure shows; the halo columns have one entry per halo.
@@ -19,9 +18,7 @@ pub struct CylinderData<'a> {
     pub delta_threshold: f64,
     /// Of the other haloes every n-th is drawn.
     pub stride: usize,
-    /// Comoving distance of the main lens.
     pub lens_distance_cmpc: f64,
-    /// Comoving distance of the source.
     pub source_distance_cmpc: f64,
     /// Redshifts, increasing, that label the upper axis…
     pub redshift: &'a [f64],
@@ -31,65 +28,51 @@ pub struct CylinderData<'a> {
 
 /// Draws the projected cylinder over the full page.
 pub fn cylinder(data: &CylinderData) -> Figure {
-    let (mut smooth, mut rough) = (Vec::new(), Vec::new());
-    for ((&x, &y), &delta) in data.distance_cmpc.iter().zip(data.transverse_cmpc).zip(data.delta) {
-        if delta >= data.delta_threshold { rough.push((x, y)) } else { smooth.push((x, y)) }
-    }
+    let all = points(data.distance_cmpc, data.transverse_cmpc).into_iter().zip(data.delta);
+    let (rough, smooth): (Vec<_>, Vec<_>) = all.partition(|(_, delta)| **delta >= data.delta_threshold);
     let stride = data.stride.max(1);
-    let smooth: Vec<(f64, f64)> = smooth.into_iter().step_by(stride).collect();
     let share = if stride == 1 { String::new() } else { format!(" (1 in {stride} shown)") };
     let threshold = data.delta_threshold;
-    let mut marks = vec![
-        scatter(&smooth, Colour::BLUE, 0.55, format!("Δ_{{h}} < {threshold}{share}")),
-        scatter(&rough, Colour::RED, 0.75, format!("Δ_{{h}} ≥ {threshold}")),
+    let scatter = |haloes: Vec<([f64; 2], &f64)>, every: usize, colour, radius_pt| {
+        let points = haloes.into_iter().step_by(every).map(|(at, _)| at).collect();
+        Mark::from(Shape::Dots { points, colour, radius_pt, opacity: 1.0 })
+    };
+    let marks = [
+        scatter(smooth, stride, Colour::BLUE, 0.55).named(format!("Δ_{{h}} < {threshold}{share}")),
+        scatter(rough, 1, Colour::RED, 0.75).named(format!("Δ_{{h}} ≥ {threshold}")),
     ];
-    marks.extend(plane(data.lens_distance_cmpc, "lens", Anchor::Start));
-    marks.extend(plane(data.source_distance_cmpc, "source", Anchor::End));
+    let lens = plane(data.lens_distance_cmpc, " lens", Anchor::Start);
+    let source = plane(data.source_distance_cmpc, "source ", Anchor::End);
 
     let farthest = data.distance_cmpc.iter().copied().chain([data.source_distance_cmpc]);
     let end = farthest.filter(|distance| distance.is_finite()).fold(0.0, f64::max);
-    let half = half_height(data.transverse_cmpc);
-    let x = Axis {
-        limits: Some((0.0, 1.03 * end)),
-        ..Axis::linear("comoving distance along the line of sight [Mpc]")
-    };
+    // The largest |y| with room for the legend.
+    let sizes: Vec<f64> = data.transverse_cmpc.iter().map(|y| y.abs()).collect();
+    let half = quantile(&sizes, 1.0).filter(|&largest| largest > 0.0).map(|largest| 1.4 * largest);
+    let x = Axis::linear("comoving distance along the line of sight [Mpc]").between(0.0, 1.03 * end);
     let y = Axis { limits: half.map(|half| (-half, half)), ..Axis::linear("transverse distance [Mpc]") };
-    let panel = Panel { marks, top: redshift_axis(data), legend: Corner::TopLeft, ..Panel::new(x, y) };
-    Figure { panels: vec![panel], panel_aspect: 0.42, ..Figure::full_width("Haloes along the line of sight") }
-}
-
-/// The largest |y| with room for the legend; `None` without any.
-fn half_height(transverse_cmpc: &[f64]) -> Option<f64> {
-    let distances: Vec<f64> = transverse_cmpc.iter().map(|y| y.abs()).collect();
-    quantile(&distances, 1.0).filter(|&largest| largest > 0.0).map(|largest| 1.4 * largest)
-}
-
-fn scatter(points: &[(f64, f64)], colour: Colour, radius_pt: f64, legend: String) -> Mark {
-    let (x, y) = points.iter().copied().unzip();
-    Mark::Scatter(Scatter { x, y, colour, radius_pt, opacity: 1.0, legend })
+    let panel = Panel::new(x, y, marks.into_iter().chain(lens).chain(source));
+    let panel = Panel { top: redshift_axis(data), legend: Corner::TopLeft, ..panel };
+    Figure::full_width("Haloes along the line of sight", 0.42, 1, [panel])
 }
 
 /// A dashed line at a plane with its name at the lower end.
 fn plane(distance_cmpc: f64, name: &str, anchor: Anchor) -> [Mark; 2] {
-    let stroke = Stroke::dashed(Colour::BLACK, 0.9);
-    let aside = if anchor == Anchor::Start { format!(" {name}") } else { format!("{name} ") };
-    let (at, colour, halo) = (TextAt::DataFraction(distance_cmpc, 0.06), Colour::BLACK, Some(Colour::WHITE));
+    let (at, colour, halo) = (At::DataFraction(distance_cmpc, 0.06), Colour::BLACK, Some(Colour::WHITE));
     [
-        Mark::Rule(Rule { at: RuleAt::X(distance_cmpc), stroke }),
-        Mark::Text(Text { at, text: aside, anchor, colour, halo }),
+        Mark::rule(Rule::X(distance_cmpc), Stroke::dashed(Colour::BLACK, 0.9)),
+        Shape::Text { at, text: name.into(), anchor, colour, halo }.into(),
     ]
 }
 
 /// Round redshifts at their distances, read off the tabulated relation.
 fn redshift_axis(data: &CylinderData) -> Option<TopAxis> {
     let (first, last) = (data.redshift.first()?, data.redshift.last()?);
-    let chosen = ticks::linear(*first, *last, 7);
+    let Ticks { major, minor, exponent } = ticks::linear(*first, *last, 7);
     let distance = |z: f64| interpolate(data.redshift, data.redshift_distance_cmpc, z);
-    Some(TopAxis {
-        label: "redshift".into(),
-        major: chosen.major.into_iter().filter_map(|(z, label)| Some((distance(z)?, label))).collect(),
-        minor: chosen.minor.into_iter().filter_map(distance).collect(),
-    })
+    let major = major.into_iter().filter_map(|(z, label)| Some((distance(z)?, label))).collect();
+    let minor = minor.into_iter().filter_map(distance).collect();
+    Some(TopAxis { label: "redshift".into(), ticks: Ticks { major, minor, exponent } })
 }
 
 /// Linear interpolation between tabulated points; `None` outside.
@@ -106,42 +89,24 @@ fn interpolate(x: &[f64], y: &[f64], at: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn data<'a>(columns: [&'a [f64]; 3]) -> CylinderData<'a> {
-        CylinderData {
-            distance_cmpc: columns[0],
-            transverse_cmpc: columns[1],
-            delta: columns[2],
+    #[test]
+    fn every_rough_halo_and_every_second_smooth_one_is_drawn_below_round_redshifts() {
+        let figure = cylinder(&CylinderData {
+            distance_cmpc: &[1.0, 2.0, 3.0, 4.0, 5.0],
+            transverse_cmpc: &[0.1; 5],
+            delta: &[0.0, 0.2, 0.05, 0.1, f64::NAN],
             delta_threshold: 0.1,
             stride: 2,
             lens_distance_cmpc: 1950.0,
             source_distance_cmpc: 4450.0,
             redshift: &[0.0, 1.0, 2.0],
             redshift_distance_cmpc: &[0.0, 3300.0, 5200.0],
-        }
-    }
-
-    #[test]
-    fn every_rough_halo_and_every_second_smooth_one_is_drawn() {
-        let figure =
-            cylinder(&data([&[1.0, 2.0, 3.0, 4.0, 5.0], &[0.1; 5], &[0.0, 0.2, 0.05, 0.1, f64::NAN]]));
-        let drawn = |i: usize| match &figure.panels[0].marks[i] {
-            Mark::Scatter(scatter) => scatter.x.clone(),
-            other => panic!("{other:?}"),
-        };
-        assert_eq!(drawn(0), [1.0, 5.0]);
-        assert_eq!(drawn(1), [2.0, 4.0]);
-    }
-
-    #[test]
-    fn redshift_ticks_follow_the_table() {
-        let top = redshift_axis(&data([&[], &[], &[]])).unwrap();
-        assert!(top.major.contains(&(1650.0, "0.5".into())));
+        });
+        let marks = &figure.panels[0].marks;
+        assert_eq!(marks[0].points(), [[1.0, 0.1], [5.0, 0.1]]);
+        assert_eq!(marks[1].points(), [[2.0, 0.1], [4.0, 0.1]]);
+        assert!(figure.panels[0].top.as_ref().unwrap().ticks.major.contains(&(1650.0, "0.5".into())));
         assert_eq!(interpolate(&[0.0, 1.0], &[0.0, 10.0], 1.5), None);
         assert_eq!(interpolate(&[0.0, 1.0], &[0.0, 10.0], 0.0), Some(0.0));
-    }
-
-    #[test]
-    fn no_haloes_still_make_a_figure() {
-        assert!(cylinder(&data([&[], &[], &[]])).to_svg().contains("no data"));
     }
 }

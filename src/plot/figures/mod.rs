@@ -5,31 +5,97 @@ mod corner;
 mod curves;
 mod cut;
 mod cylinder;
-mod flexion_maps;
 mod grid;
 mod histograms;
 mod images;
+mod maps;
 mod mass_function;
 mod mosaic;
-mod reconstruction;
 mod recovery;
-mod tidal_maps;
 mod tidal_residuals;
 mod trace_plot;
 
 pub use calibration::{RankHistogram, calibration};
-pub use corner::{CornerData, CornerParameter, CornerPosterior, corner};
-pub use curves::{CurveData, CurvesData, curves, overlay};
-pub use cut::{CutData, cut};
-pub use cylinder::{CylinderData, cylinder};
-pub use flexion_maps::{FlexionMapsData, flexion_maps};
+pub(crate) use corner::{CornerParameter, CornerPosterior, corner};
+pub(crate) use curves::{CurveData, curves, overlay};
+pub(crate) use cut::cut;
+pub(crate) use cylinder::{CylinderData, cylinder};
 pub use grid::GridData;
-pub use histograms::{HaloEffects, histograms};
-pub use images::{ImagePairData, ImageRow, ImagesData, image_pair, images};
-pub use mass_function::{DrawnHaloes, MassFunctionCurve, MassFunctionData, mass_function};
+pub(crate) use histograms::histograms;
+pub(crate) use images::{image_pair, images, reconstruction, source_plane};
+pub(crate) use maps::{flexion_maps, tidal_maps};
+pub(crate) use mass_function::{DrawnHaloes, mass_function};
 pub use mosaic::{MosaicImage, mosaic};
-pub use reconstruction::{ReconstructionData, reconstruction, source_plane};
-pub use recovery::{RecoveredPoint, RecoveryData, recovery, recovery_histograms, recovery_quality};
-pub use tidal_maps::{TidalMapsData, tidal_maps};
-pub use tidal_residuals::{TidalResidualsData, tidal_residuals};
-pub use trace_plot::{TraceParameter, trace_plot};
+pub(crate) use recovery::{RecoveredPoint, RecoveryData, recovery, recovery_histograms, recovery_quality};
+pub(crate) use tidal_residuals::{ModelResiduals, tidal_residuals};
+pub(crate) use trace_plot::{TraceParameter, trace_plot};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::Figure;
+
+    const NAN: f64 = f64::NAN;
+
+    /// Every figure of little or nothing that can be drawn; the grid must outlive what shows it.
+    fn of(grid: GridData) -> Vec<Figure> {
+        let values = grid.values;
+        let rank = RankHistogram { label: "γ".into(), counts: values.into(), p_value: NAN, coverage: NAN };
+        let drawn = DrawnHaloes { edges_msun: values, counts: values, volume_cmpc3: values };
+        let parameter = CornerParameter { label: "a", unit: "", truth: Some(NAN) };
+        let posterior = CornerPosterior { legend: "", draws: vec![values, &[NAN], &[1.0, 1.0]] };
+        let residuals = || ModelResiduals {
+            rays: grid,
+            image: grid,
+            chi_squared: values.into(),
+            rms_arcsec: values.into(),
+        };
+        let cylinder_data = CylinderData {
+            distance_cmpc: values,
+            transverse_cmpc: values,
+            delta: values,
+            delta_threshold: 0.1,
+            stride: 2,
+            lens_distance_cmpc: NAN,
+            source_distance_cmpc: NAN,
+            redshift: values,
+            redshift_distance_cmpc: values,
+        };
+        let trace = TraceParameter { label: "", chains: vec![values; 2], truth: None };
+        vec![
+            calibration(&[rank]),
+            corner(&[parameter; 3], &[posterior.clone(), posterior]),
+            corner(&[], &[]),
+            curves(&[], None, 2.0),
+            cut(values, [values; 4], [values; 2]),
+            cylinder(&cylinder_data),
+            histograms([values; 3], 0.1),
+            images([grid; 3], [grid; 3], NAN, 0.1),
+            image_pair(grid, grid, NAN),
+            reconstruction([grid; 3], NAN, NAN),
+            source_plane(grid, NAN),
+            tidal_maps([grid; 3], [0.0, NAN, 1.0], 0.0),
+            flexion_maps([grid; 3], 0.0),
+            mass_function("", values, values, Some(drawn)),
+            mosaic(&[MosaicImage { image: grid, background_rms_e_per_s: NAN, name: "" }], 3),
+            recovery(&[]),
+            recovery_histograms(&[RecoveryData { model: "b".into(), points: vec![] }]),
+            recovery_quality(&RecoveryData { model: "b".into(), points: vec![] }, &[([NAN; 2], "paper")]),
+            tidal_residuals(&[residuals(), residuals()], 0.0),
+            trace_plot(&[trace]),
+        ]
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_left_out_of_every_figure() {
+        let none = of(GridData::square(&[], 0, 0.0));
+        let little = of(GridData::square(&[NAN, f64::MIN_POSITIVE, f64::MAX, -1.0], 2, 1.0));
+        for (name, figure) in
+            none.iter().map(|figure| ("none", figure)).chain(little.iter().map(|f| ("little", f)))
+        {
+            let svg = figure.to_svg();
+            assert!(!svg.contains("\"NaN") && !svg.contains("\"inf"), "{name}: {}", figure.title);
+        }
+        assert!(none.iter().filter(|figure| figure.to_svg().contains("no data")).count() > 12);
+    }
+}

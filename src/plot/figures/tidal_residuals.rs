@@ -1,121 +1,55 @@
 //! What a tidal and a flexion model leave of a traced cone, in β and in the image.
 
 use super::grid::{GridData, einstein_circle};
-use crate::plot::{
-    Axis, Colour, ColourMap, ColourScale, Corner, Figure, Line, Mark, Norm, Panel, Scatter, Side, Stroke,
-};
+use crate::plot::{Axis, Colour, ColourMap, ColourScale, Corner, Figure, Mark, Panel, Shape, Stroke, points};
 
-/// What the figure shows.
-#[derive(Debug, Clone, Copy)]
-pub struct TidalResidualsData<'a> {
-    /// |β_traced − β_model| of the tidal model for one cone, arcsec.
-    pub tidal: GridData<'a>,
-    /// The same of the flexion model.
-    pub flexion: GridData<'a>,
-    /// (image through the cone − image through the tidal model)/σ of that cone.
-    pub tidal_image: GridData<'a>,
-    /// The same of the flexion model.
-    pub flexion_image: GridData<'a>,
-    /// Image χ² of the tidal model for every cone.
-    pub tidal_chi_squared: &'a [f64],
-    /// Image χ² of the flexion model for every cone.
-    pub flexion_chi_squared: &'a [f64],
-    /// Rms residual of the tidal model for every cone, arcsec.
-    pub tidal_rms_arcsec: &'a [f64],
-    /// Rms residual of the flexion model for every cone, arcsec.
-    pub flexion_rms_arcsec: &'a [f64],
-    /// Radius of the dashed circle.
-    pub einstein_radius_arcsec: f64,
+/// What one of the models leaves.
+#[derive(Debug, Clone)]
+pub struct ModelResiduals<'a> {
+    /// |β_traced − β_model| for one cone, arcsec.
+    pub rays: GridData<'a>,
+    /// (image through the cone − image through the model)/σ of that cone.
+    pub image: GridData<'a>,
+    /// Image χ² for every cone.
+    pub chi_squared: Vec<f64>,
+    /// Rms residual for every cone, arcsec.
+    pub rms_arcsec: Vec<f64>,
 }
-
-/// Fraction of the pixels whose values lie within the colour bar.
-const COVERAGE: f64 = 0.99;
 
 /// Above both residuals in β of one cone in one stretch and the rms of all cones against each other, below the same of
-/// the image.
-pub fn tidal_residuals(data: &TidalResidualsData) -> Figure {
-    let both: Vec<f64> = data.tidal.values.iter().chain(data.flexion.values).copied().collect();
-    let colours = ColourScale { map: ColourMap::Magma, norm: Norm::log_of(&both, COVERAGE) };
-    let map = |column: usize, grid: GridData, name: &str| {
-        let label = format!("|β − β_{{{name}}}| [arcsec]");
-        let mut panel = grid.panel_with_bar(colours, column, label, Side::Top);
-        panel.marks.extend(einstein_circle(data.einstein_radius_arcsec, ColourMap::Magma));
+/// the image; of the tidal and the flexion model.
+pub fn tidal_residuals(models: &[ModelResiduals; 2], einstein_radius_arcsec: f64) -> Figure {
+    const NAMES: [&str; 2] = ["tidal", "flexion"];
+    /// Fraction of the pixels whose values lie within the colour bar.
+    const COVERAGE: f64 = 0.99;
+    let [tidal, flexion] = models;
+    let both = [tidal.rays.values, flexion.rays.values].concat();
+    let colours = ColourScale::log_of(ColourMap::Magma, &both, COVERAGE);
+    let map = |i: usize| {
+        let label = format!("|β − β_{{{}}}| [arcsec]", NAMES[i]);
+        let mut panel = models[i].rays.panel_with_bar(colours, i, &label, 1);
+        panel.marks.extend(einstein_circle(einstein_radius_arcsec, ColourMap::Magma));
         panel
     };
-    let panels = vec![
-        map(0, data.tidal, "tidal"),
-        map(1, data.flexion, "flexion"),
-        comparison(data.tidal_rms_arcsec, data.flexion_rms_arcsec, "rms of the", "[arcsec]"),
-        image_panel(0, data.tidal_image, "tidal"),
-        image_panel(1, data.flexion_image, "flexion"),
-        comparison(data.tidal_chi_squared, data.flexion_chi_squared, "image χ^{2} of the", ""),
-    ];
-    Figure {
-        columns: 3,
-        panel_aspect: data.tidal.aspect(),
-        panels,
-        ..Figure::full_width("Residuals of the tidal and flexion models")
-    }
-}
-
-/// One difference image, in a stretch of its own: the two differ by orders of magnitude.
-fn image_panel(column: usize, grid: GridData, name: &str) -> Panel {
-    let norm = Norm::symmetric_about(0.0, grid.values, 1.0);
-    let label = format!("(image − image_{{{name}}})/σ");
-    grid.panel_with_bar(ColourScale { map: ColourMap::Diverging, norm }, column, label, Side::Top)
+    // In a stretch of its own: the two differ by orders of magnitude.
+    let image = |i: usize| {
+        let colours = ColourScale::symmetric_about(0.0, models[i].image.values, 1.0);
+        models[i].image.panel_with_bar(colours, i, &format!("(image − image_{{{}}})/σ", NAMES[i]), 1)
+    };
+    let rms = comparison(&tidal.rms_arcsec, &flexion.rms_arcsec, "rms of the", "[arcsec]");
+    let chi_squared = comparison(&tidal.chi_squared, &flexion.chi_squared, "image χ^{2} of the", "");
+    let panels = [map(0), map(1), rms, image(0), image(1), chi_squared];
+    Figure::full_width("Residuals of the tidal and flexion models", tidal.rays.aspect(), 3, panels)
 }
 
 /// Tidal against flexion, one point a cone.
 fn comparison(tidal: &[f64], flexion: &[f64], what: &str, unit: &str) -> Panel {
-    let finite =
-        |values: &[f64]| values.iter().copied().filter(|v| *v > 0.0 && v.is_finite()).collect::<Vec<_>>();
-    let all = [finite(tidal), finite(flexion)].concat();
-    let low = all.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = all.iter().copied().fold(0.0, f64::max);
-    let equal = Line {
-        x: vec![low, high],
-        y: vec![low, high],
-        stroke: Stroke::dashed(Colour::BLACK, 0.8),
-        legend: "equal".into(),
-    };
-    let cones = Scatter {
-        x: tidal.to_vec(),
-        y: flexion.to_vec(),
-        colour: Colour::BLUE,
-        radius_pt: 1.2,
-        opacity: 0.8,
-        legend: "one cone each".into(),
-    };
-    Panel {
-        marks: vec![Mark::Line(equal), Mark::Scatter(cones)],
-        legend: Corner::TopLeft,
-        ..Panel::new(
-            Axis::log(&format!("{what} tidal model {unit}")),
-            Axis::log(&format!("{what} flexion model {unit}")),
-        )
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn missing_rays_and_cones_are_left_out() {
-        let grid = GridData::square(&[f64::NAN, 1e-3, 2e-3, 1e-4], 2, 1.0);
-        let data = TidalResidualsData {
-            tidal: grid,
-            flexion: grid,
-            tidal_image: grid,
-            flexion_image: grid,
-            tidal_chi_squared: &[1.0, 2.0],
-            flexion_chi_squared: &[0.1, 0.2],
-            tidal_rms_arcsec: &[1e-3, f64::NAN],
-            flexion_rms_arcsec: &[1e-4, 2e-4],
-            einstein_radius_arcsec: 0.5,
-        };
-        let figure = tidal_residuals(&data);
-        assert_eq!(figure.panels.len(), 6);
-        assert!(!figure.to_svg().contains("NaN"));
-    }
+    let all = tidal.iter().chain(flexion).copied().filter(|v| *v > 0.0 && v.is_finite());
+    let (low, high) = all.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+    let equal = Mark::line([[low; 2], [high; 2]], Stroke::dashed(Colour::BLACK, 0.8)).named("equal");
+    let (points, colour) = (points(tidal, flexion), Colour::BLUE);
+    let cones = Mark::from(Shape::Dots { points, colour, radius_pt: 1.2, opacity: 0.8 });
+    let axis = |model: &str| Axis::log(&format!("{what} {model} model {unit}"));
+    let panel = Panel::new(axis("tidal"), axis("flexion"), [equal, cones.named("one cone each")]);
+    Panel { legend: Corner::TopLeft, ..panel }
 }
