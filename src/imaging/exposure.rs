@@ -41,7 +41,8 @@ pub fn expose(
 ) -> Result<Exposure> {
     let noise = instrument.noise();
     let tolerance = TOLERANCE_OF_BACKGROUND_RMS * noise.background_rms_e_s;
-    let flux = integrate_pixels(scene, &grid, sampling, tolerance, monitor)?;
+    let tolerance = tolerance / psf.oversampling() as f64;
+    let flux = integrate_pixels(scene, &psf.model_grid(&grid), sampling, tolerance, monitor)?;
     let noise_free_e_s = psf.convolve(&flux, grid.pixels());
     let noisy_e_s = noise.added_to(&noise_free_e_s, noise_stream);
     Ok(Exposure { grid, noise_free_e_s, noisy_e_s })

@@ -20,6 +20,12 @@ impl SkyGrid {
         Ok(Self { pixels, pixel_scale_arcsec })
     }
 
+    /// The same square with pixels divided into `parts` along each side.
+    pub(super) fn divided(&self, parts: usize) -> Self {
+        let pixel_scale_arcsec = self.pixel_scale_arcsec / parts as f64;
+        Self { pixels: self.pixels * parts, pixel_scale_arcsec }
+    }
+
     /// Pixels a side.
     pub fn pixels(&self) -> usize {
         self.pixels

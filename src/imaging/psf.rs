@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::grid::SkyGrid;
 use crate::error::{Domain, Error, Result};
 use crate::numerics::dispatch::fit_kernel;
 
@@ -14,12 +15,17 @@ pub enum Psf {
     Gaussian(Vec<f64>),
     /// A user's kernel, row-major (y, x), `width`² weights summing to one; nothing beyond the edges.
     Kernel {
-        /// Pixels a side, odd.
+        /// Its own pixels a side, odd.
         width: usize,
         /// Weights.
         weights: Vec<f64>,
+        /// Its own pixels along the side of an image's pixel; light is convolved on them, then summed over each pixel.
+        oversampling: usize,
     },
 }
+
+/// Pixels that a kernel may reach: as many as an image may have.
+const LARGEST_RADIUS: f64 = 4096.0;
 
 impl Psf {
     /// Gaussian of the given width, as lenstronomy's `GAUSSIAN` with `truncation`.
@@ -33,32 +39,63 @@ impl Psf {
             return Ok(Self::None);
         }
         let sigma = fwhm_arcsec / (8.0 * std::f64::consts::LN_2).sqrt() / pixel_scale_arcsec;
-        let radius = (truncation_sigma * sigma + 0.5) as i64;
+        let radius = truncation_sigma * sigma + 0.5;
+        if radius.is_nan() || radius > LARGEST_RADIUS {
+            let allowed =
+                format!("so small that psf_truncation_sigma = {truncation_sigma} of it are 4096 pixels");
+            return Err(Error::out_of_range("psf_fwhm_arcsec", fwhm_arcsec, &allowed));
+        }
+        let radius = radius as i64;
         let weights: Vec<f64> =
             (-radius..=radius).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
         let total: f64 = weights.iter().sum();
         Ok(Self::Gaussian(weights.into_iter().map(|w| w / total).collect()))
     }
 
-    /// A user's kernel, normalised here.
+    /// A user's kernel with `oversampling` pixels along the side of an image's pixel, normalised here.
     ///
     /// # Errors
     /// When it is not square with an odd number of pixels, not finite, or does not have a positive sum.
-    pub fn kernel(width: usize, height: usize, weights: Vec<f64>) -> Result<Self> {
+    pub fn kernel(width: usize, height: usize, weights: Vec<f64>, oversampling: usize) -> Result<Self> {
         if width != height || width.is_multiple_of(2) {
             return Err(Error::out_of_range(
                 "size of the PSF kernel",
                 format!("{width}×{height}"),
-                "square with an odd number of pixels a side",
+                "square with an odd number of pixels a side, the PSF's centre on the middle one",
             ));
         }
         let total = Domain::POSITIVE.check("sum of the PSF kernel", weights.iter().sum())?;
-        Ok(Self::Kernel { width, weights: weights.into_iter().map(|w| w / total).collect() })
+        let weights = weights.into_iter().map(|w| w / total).collect();
+        Ok(Self::Kernel { width, weights, oversampling: oversampling.max(1) })
     }
 
-    /// Convolves a square image of `n`² pixels.
+    /// Parts into which the side of a pixel is divided for a model that is to be convolved.
+    pub fn oversampling(&self) -> usize {
+        match self {
+            Self::Kernel { oversampling, .. } => *oversampling,
+            _ => 1,
+        }
+    }
+
+    /// The grid on which a model of an image on `grid` is made before it is convolved.
+    pub fn model_grid(&self, grid: &SkyGrid) -> SkyGrid {
+        grid.divided(self.oversampling())
+    }
+
+    /// Errors allowed in the pixels of a model so that those of the image's `n`² pixels keep to theirs, adding up at random.
+    pub(crate) fn tolerance_of_model(&self, by_pixel: Vec<f64>, n: usize) -> Vec<f64> {
+        let k = self.oversampling();
+        match k {
+            1 => by_pixel,
+            _ => (0..n * n * k * k)
+                .map(|i| by_pixel[i / (n * k) / k * n + i % (n * k) / k] / k as f64)
+                .collect(),
+        }
+    }
+
+    /// Convolves a square model, on [`Self::model_grid`], into an image of `n`² pixels.
     pub fn convolve(&self, image: &[f64], n: usize) -> Vec<f64> {
-        let mut out = vec![0.0; image.len()];
+        let mut out = vec![0.0; n * n];
         self.convolve_into(image, n, &mut out);
         out
     }
@@ -68,8 +105,12 @@ impl Psf {
         match self {
             Self::None => out.copy_from_slice(image),
             Self::Gaussian(weights) => convolve_columns(&convolve_rows(image, n, weights), n, weights, out),
-            Self::Kernel { width, weights } => {
+            Self::Kernel { width, weights, oversampling: 1 } => {
                 out.copy_from_slice(&convolve_kernel(image, n, *width, weights));
+            }
+            Self::Kernel { width, weights, oversampling } => {
+                let pixel = PixelKernel::new(*width, weights, *oversampling);
+                out.copy_from_slice(&pixel.convolve(image, n));
             }
         }
     }
@@ -79,7 +120,10 @@ impl Psf {
         match self {
             Self::None => image.to_vec(),
             Self::Gaussian(weights) => gather_rows(&gather_columns(image, n, weights), n, weights),
-            Self::Kernel { width, weights } => {
+            Self::Kernel { width, weights, oversampling: 2.. } => {
+                PixelKernel::new(*width, weights, self.oversampling()).transposed(image, n)
+            }
+            Self::Kernel { width, weights, .. } => {
                 let turned: Vec<f64> = weights.iter().rev().copied().collect();
                 convolve_kernel(image, n, *width, &turned)
             }
@@ -185,6 +229,64 @@ fn convolve_kernel(image: &[f64], n: usize, width: usize, weights: &[f64]) -> Ve
         .collect()
 }
 
+/// What the pixels of an image gather from the finer pixels of a model: a kernel summed over the parts of a pixel.
+struct PixelKernel {
+    width: usize,
+    weights: Vec<f64>,
+    oversampling: usize,
+    /// Distance of the model's pixel that the first weight reads from the first one of its image pixel.
+    reach: i64,
+}
+
+impl PixelKernel {
+    fn new(width: usize, kernel: &[f64], oversampling: usize) -> Self {
+        let wide = width + oversampling - 1;
+        let mut weights = vec![0.0; wide * wide];
+        for (part_y, part_x) in (0..oversampling).flat_map(|y| (0..oversampling).map(move |x| (y, x))) {
+            for (y, row) in kernel.chunks_exact(width).enumerate() {
+                let at = (y + part_y) * wide + part_x;
+                add_scaled(&mut weights[at..at + width], row, 1.0);
+            }
+        }
+        let reach = (width / 2 + oversampling - 1) as i64;
+        Self { width: wide, weights, oversampling, reach }
+    }
+
+    /// First model pixel that image pixel `i` reads along an axis, by the last weight, and the weights inside the model.
+    fn span(&self, i: usize, fine: usize) -> (usize, std::ops::Range<usize>) {
+        let last = (i * self.oversampling) as i64 + self.reach;
+        let from = (last - fine as i64 + 1).max(0);
+        let to = (last + 1).clamp(from, self.width as i64);
+        (last as usize, from as usize..to as usize)
+    }
+
+    fn convolve(&self, model: &[f64], n: usize) -> Vec<f64> {
+        let fine = n * self.oversampling;
+        let pixel = |k: usize| {
+            let ((last_x, xs), (last_y, ys)) = (self.span(k % n, fine), self.span(k / n, fine));
+            let row = |y: usize| {
+                let (row, at) = (&model[(last_y - y) * fine..][..fine], y * self.width);
+                xs.clone().map(|x| self.weights[at + x] * row[last_x - x]).sum::<f64>()
+            };
+            ys.map(row).sum()
+        };
+        (0..n * n).into_par_iter().map(pixel).collect()
+    }
+
+    fn transposed(&self, image: &[f64], n: usize) -> Vec<f64> {
+        let fine = n * self.oversampling;
+        let mut out = vec![0.0; fine * fine];
+        for (k, value) in image.iter().enumerate() {
+            let ((last_x, xs), (last_y, ys)) = (self.span(k % n, fine), self.span(k / n, fine));
+            for y in ys {
+                let (row, at) = ((last_y - y) * fine, y * self.width);
+                xs.clone().for_each(|x| out[row + last_x - x] += self.weights[at + x] * value);
+            }
+        }
+        out
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -212,7 +314,7 @@ mod tests {
     fn a_kernel_is_laid_down_as_it_is_not_mirrored() {
         let mut weights = vec![0.0; 9];
         weights[5] = 1.0; // right of the centre
-        let moved = Psf::kernel(3, 3, weights).unwrap().convolve(&point(5, (2, 2)), 5);
+        let moved = Psf::kernel(3, 3, weights, 1).unwrap().convolve(&point(5, (2, 2)), 5);
         assert_eq!(moved, point(5, (3, 2)));
     }
 
@@ -222,7 +324,7 @@ mod tests {
         let image = |seed: usize| -> Vec<f64> {
             (0..n * n).map(|i| ((i * 37 + seed * 11) % 17) as f64 - 8.0).collect()
         };
-        let kernel = Psf::kernel(3, 3, vec![0.0, 1.0, 0.5, 2.0, 4.0, 0.1, 0.0, 0.3, 1.0]).unwrap();
+        let kernel = Psf::kernel(3, 3, vec![0.0, 1.0, 0.5, 2.0, 4.0, 0.1, 0.0, 0.3, 1.0], 1).unwrap();
         for psf in [Psf::None, Psf::gaussian(0.3, 5.0, 0.08).unwrap(), kernel] {
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let forwards = dot(&image(1), &psf.convolve(&image(2), n));
@@ -233,9 +335,38 @@ mod tests {
 
     #[test]
     fn kernels_without_a_centre_or_sum_are_refused() {
-        assert!(Psf::kernel(4, 4, vec![1.0; 16]).is_err());
-        assert!(Psf::kernel(3, 5, vec![1.0; 15]).is_err());
-        assert!(Psf::kernel(3, 3, vec![0.0; 9]).is_err());
-        assert!(Psf::kernel(3, 3, vec![f64::NAN; 9]).is_err());
+        assert!(Psf::kernel(4, 4, vec![1.0; 16], 1).is_err());
+        assert!(Psf::kernel(3, 5, vec![1.0; 15], 1).is_err());
+        assert!(Psf::kernel(3, 3, vec![0.0; 9], 1).is_err());
+        assert!(Psf::kernel(3, 3, vec![f64::NAN; 9], 1).is_err());
+    }
+
+    #[test]
+    fn an_oversampled_kernel_is_a_convolution_on_its_own_pixels_summed_over_those_of_the_image() {
+        let weights: Vec<f64> = (0..25).map(|i| ((i * 7) % 5) as f64 + 0.1).collect();
+        for k in [2, 3, 4] {
+            let (n, fine) = (4, 4 * k);
+            let model: Vec<f64> = (0..fine * fine).map(|i| ((i * 37) % 17) as f64).collect();
+            let psf = Psf::kernel(5, 5, weights.clone(), k).unwrap();
+            let on_its_own = Psf::kernel(5, 5, weights.clone(), 1).unwrap().convolve(&model, fine);
+            let mut summed = vec![0.0; n * n];
+            (0..fine * fine).for_each(|i| summed[i / fine / k * n + i % fine / k] += on_its_own[i]);
+            let image = psf.convolve(&model, n);
+            assert!(image.iter().zip(&summed).all(|(a, b)| (a - b).abs() < 1e-12 * b.abs()), "{k}");
+            let adjoint: Vec<f64> = (0..n * n).map(|i| (i % 5) as f64 - 2.0).collect();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let back = dot(&psf.convolve_transposed(&adjoint, n), &model);
+            assert!((dot(&adjoint, &image) - back).abs() < 1e-11 * back.abs().max(1.0), "{k}");
+            let tolerance = psf.tolerance_of_model((0..n * n).map(|i| i as f64).collect(), n);
+            assert_eq!((tolerance.len(), tolerance[fine * fine - 1]), (fine * fine, 15.0 / k as f64));
+        }
+    }
+
+    #[test]
+    fn a_gaussian_wider_than_any_image_is_refused() {
+        for (fwhm, truncation) in [(9.2e18, 5.0), (0.2, 1e300), (f64::MAX, f64::MAX)] {
+            let error = Psf::gaussian(fwhm, truncation, 0.25).unwrap_err().to_string();
+            assert!(error.starts_with("psf_fwhm_arcsec is ") && error.contains("4096 pixels"), "{error}");
+        }
     }
 }

@@ -38,8 +38,9 @@ impl MockImage {
         let mapping = system.mapping()?;
         let see = |source: &Sersic, lens_light: Option<&Sersic>| -> Result<Vec<f64>> {
             let scene = Scene { mapping: &mapping, source, lens_light };
-            let tolerance = TOLERANCE_OF_BACKGROUND_RMS * noise.background_rms_e_s;
-            let flux = integrate_pixels(&scene, &grid, sampling, tolerance, &Silent)?;
+            let tolerance =
+                TOLERANCE_OF_BACKGROUND_RMS * noise.background_rms_e_s / psf.oversampling() as f64;
+            let flux = integrate_pixels(&scene, &psf.model_grid(&grid), sampling, tolerance, &Silent)?;
             Ok(psf.convolve(&flux, grid.pixels()))
         };
         let sources = sources(system, instrument)?;

@@ -101,7 +101,7 @@ fn an_image_with_a_mask_and_a_kernel_is_fitted() {
     image.keywords.psf_truncation_sigma = None;
     let mut kernel = vec![0.02; 9];
     kernel[4] = 0.84;
-    image.psf = Some(PsfKernel { data: kernel, nx: 3, ny: 3 });
+    image.psf = Some(PsfKernel { data: kernel, nx: 3, ny: 3, oversampling: 1 });
     // A pixel without a value is no fault where the mask leaves it out.
     let mut mask = vec![true; SIDE * SIDE];
     (mask[7], image.data[7]) = (false, f64::NAN);
@@ -137,7 +137,7 @@ fn assert_refused(folder: &Folder, model: &str, wanted: &[&str]) {
 
 #[test]
 fn images_that_cannot_be_fitted_are_refused() {
-    let kernel = |value: f64| Some(PsfKernel { data: vec![value; 9], nx: 3, ny: 3 });
+    let kernel = |value: f64| Some(PsfKernel { data: vec![value; 9], nx: 3, ny: 3, oversampling: 1 });
     type Edit = Box<dyn Fn(&mut ImageFile)>;
     let edits: Vec<(Edit, Vec<&str>)> = vec![
         (Box::new(|i| i.keywords.exposure_time_s = None), vec!["EXPTIME is missing", "in s", "fit --help"]),

@@ -8,6 +8,7 @@ mod catalogue;
 mod columns;
 mod errors;
 mod fit;
+mod image_inputs;
 mod images;
 mod interrupted;
 mod lens;

@@ -193,7 +193,14 @@ pub fn psf(config: &Config) -> Result<Psf> {
 fn kernel(path: &Path, pixel_scale_arcsec: f64) -> Result<Psf> {
     let read = || {
         let kernel = PsfKernel::read(path, pixel_scale_arcsec)?;
-        Psf::kernel(kernel.nx, kernel.ny, kernel.data)
+        let total: f64 = kernel.data.iter().sum();
+        if (total - 1.0).abs() > 1e-3 {
+            crate::terminal::warn(format_args!(
+                "{}: the kernel sums to {total:.6} and is divided by that",
+                path.display()
+            ));
+        }
+        Psf::kernel(kernel.nx, kernel.ny, kernel.data, kernel.oversampling)
     };
     read().map_err(|error: Error| error.in_file(FileFault::PsfKernel, path))
 }

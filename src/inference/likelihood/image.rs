@@ -13,7 +13,8 @@ use crate::inference::model::{CompiledModel, Evaluation, LikelihoodKind, Mesh};
 use crate::monitor::Monitor;
 use crate::numerics::random::{self, stream};
 
-/// The likelihood of an observation under a model; the mesh is always one of the observation's own pixels.
+/// The likelihood of an observation under a model; the mesh is always one of the observation's own pixels, or of those of an
+/// oversampled PSF.
 #[derive(Debug, Clone)]
 pub struct ImageLikelihood {
     observation: Observation,
@@ -47,7 +48,7 @@ impl ImageLikelihood {
         monitor: &dyn Monitor,
     ) -> Result<Self> {
         observation.validate()?;
-        let mut mesh = Mesh::of_centres(&observation.grid);
+        let mut mesh = Mesh::of_centres(&observation.psf.model_grid(&observation.grid));
         model.carry(&mut mesh, monitor)?;
         Ok(Self { observation, model, kind, mesh })
     }
@@ -199,7 +200,9 @@ impl ImageLikelihood {
         let coarsest = self.observation.background_rms_e_s;
         let noise = |f: f64| if f > 0.0 { f.sqrt().recip() } else { coarsest };
         let tolerance: Vec<f64> = information.into_iter().map(|f| TOLERANCE_OF_NOISE * noise(f)).collect();
-        self.mesh = Mesh::adaptive(&self.observation.grid, &tolerance, |points| {
+        let (grid, psf) = (&self.observation.grid, &self.observation.psf);
+        let tolerance = psf.tolerance_of_model(tolerance, grid.pixels());
+        self.mesh = Mesh::adaptive(&psf.model_grid(grid), &tolerance, |points| {
             let mut points = Mesh::at_points(points);
             self.model.carry(&mut points, monitor)?;
             let of = |(free, amplitudes): &(Vec<f64>, Vec<f64>)| {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fitskit::{BinTable, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
+use fitskit::{BinTable, CompressedImage, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
 
 use super::input_file;
 use super::provenance::Provenance;
@@ -61,21 +61,97 @@ fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), St
             return Err(format!("{name} is {value}, but must lie between 0 and {limit}"));
         }
     }
-    let length = header.data_byte_count().map_err(|error| error.to_string())?;
-    let data =
-        data_start.checked_add(length).and_then(|end| bytes.get(data_start..end)).ok_or_else(truncated)?;
+    let declared = declared_bytes(&header)?;
+    let left = bytes.len() - data_start;
+    let length = usize::try_from(declared).ok().filter(|length| *length <= left).ok_or_else(|| {
+        format!("the file is truncated, or its header wrong: {declared} bytes of data are declared, {left} are there")
+    })?;
+    let data = &bytes[data_start..data_start + length];
     let data = match header.get_string("XTENSION") {
         _ if length == 0 => HduData::Empty,
         None if index > 0 => return Err("an extension without XTENSION".into()),
         None | Some("IMAGE") => {
             HduData::Image(ImageData::from_header_and_data(&header, data).map_err(|error| error.to_string())?)
         }
-        Some("BINTABLE") => HduData::BinTable(
-            BinTable::from_header_and_data(&header, data).map_err(|error| error.to_string())?,
-        ),
+        Some("BINTABLE") => {
+            let table = BinTable::from_header_and_data(&header, data).map_err(|error| error.to_string())?;
+            match CompressedImage::detect(&header) {
+                true => HduData::Image(decompress(&header, &table, data.len())?),
+                false => HduData::BinTable(table),
+            }
+        }
         Some(_) => HduData::Empty,
     };
     Ok((Hdu::new(header, data), (data_start + length).next_multiple_of(BLOCK_BYTES)))
+}
+
+/// Bytes of data that a header declares: those of the standard, multiplied without overflow.
+fn declared_bytes(header: &Header) -> std::result::Result<u128, String> {
+    let natural = |name: &str| match header.get_int(name) {
+        Some(value) => {
+            u128::try_from(value).map_err(|_| format!("{name} is {value}, but must not be negative"))
+        }
+        None => Err(format!("{name} is missing, or no integer")),
+    };
+    let bits = header.get_int("BITPIX").filter(|bits| [8, 16, 32, 64, -32, -64].contains(bits));
+    let bits = bits.ok_or("BITPIX is not one of 8, 16, 32, 64, -32, -64")?.unsigned_abs();
+    let axes = natural("NAXIS")?;
+    if axes == 0 {
+        return Ok(0);
+    }
+    let mut elements = 1_u128;
+    for axis in 1..=axes {
+        elements = elements.saturating_mul(natural(&format!("NAXIS{axis}"))?);
+    }
+    let heap = header.get_int("PCOUNT").unwrap_or(0).unsigned_abs();
+    Ok(elements.saturating_add(heap.into()).saturating_mul(u128::from(bits) / 8))
+}
+
+/// The image in a table of compressed tiles, whose size is compared with what can be packed into `packed_bytes`.
+fn decompress(
+    header: &Header,
+    table: &BinTable,
+    packed_bytes: usize,
+) -> std::result::Result<ImageData, String> {
+    let method = header.get_string("ZCMPTYPE").unwrap_or("unknown").trim().to_string();
+    if !["RICE_1", "RICE_ONE", "GZIP_1", "GZIP_2", "NOCOMPRESS"].contains(&method.as_str()) {
+        return Err(format!(
+            "is compressed by {method}; RICE_1, GZIP_1 and GZIP_2 are read, funpack unpacks all"
+        ));
+    }
+    let axes = header
+        .get_int("ZNAXIS")
+        .filter(|axes| (1..=MAX_COUNT).contains(axes))
+        .ok_or("ZNAXIS is no number of axes")?;
+    let mut bytes = 8_u128;
+    for axis in 1..=axes {
+        let length = header.get_int(&format!("ZNAXIS{axis}")).and_then(|length| u128::try_from(length).ok());
+        bytes = bytes.saturating_mul(length.ok_or_else(|| format!("ZNAXIS{axis} is no length"))?);
+        let tile = format!("ZTILE{axis}");
+        if header.find(&tile).is_some()
+            && header.get_int(&tile).is_none_or(|tile| tile < 1 || tile > i64::from(i32::MAX))
+        {
+            return Err(format!("{tile} is no length"));
+        }
+    }
+    if bytes > input_file::largest_content_bytes(packed_bytes) as u128 {
+        return Err(format!(
+            "{bytes} bytes of pixels are declared, more than {packed_bytes} packed bytes or memory can hold"
+        ));
+    }
+    for parameter in 1..=MAX_COUNT {
+        let Some(name) = header.get_string(&format!("ZNAME{parameter}")) else { break };
+        let allowed: &[i64] = match name.trim() {
+            "BLOCKSIZE" => &[16, 32],
+            "BYTEPIX" => &[1, 2, 4, 8],
+            _ => continue,
+        };
+        if header.get_int(&format!("ZVAL{parameter}")).is_none_or(|value| !allowed.contains(&value)) {
+            return Err(format!("ZVAL{parameter}, the {}, must be one of {allowed:?}", name.trim()));
+        }
+    }
+    let image = CompressedImage::from_bintable(header, table).and_then(|tiles| tiles.decompress());
+    image.map_err(|error| format!("cannot be unpacked: {error}"))
 }
 
 /// Writes the units one after the other.
@@ -201,7 +277,7 @@ mod tests {
             (bytes.len() - 6000, "HDU 1: the file is truncated"),
             (bytes.len() - 2880, "HDU 1: the file is truncated"),
         ] {
-            assert_eq!(fault(&bytes[..length]), expected);
+            assert!(fault(&bytes[..length]).starts_with(expected));
         }
     }
 

@@ -31,3 +31,4 @@ pub use run_file_reader::RunFileReader;
 pub use staging::Staging;
 pub use table::{Column, Table, Values};
 pub use temporaries::{folders_written_to, remove_temporaries};
+pub(super) use unit::arcsec_in;

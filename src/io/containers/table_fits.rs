@@ -222,7 +222,7 @@ mod tests {
         let (_folder, path) = written(&sample());
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() - 2860]).unwrap();
-        assert_eq!(fault(&path), "FILE: HDU 1: the file is truncated");
+        assert!(fault(&path).starts_with("FILE: HDU 1: the file is truncated"));
         fits::write(&path, vec![Hdu::primary_empty()]).unwrap();
         assert_eq!(fault(&path), "FILE: holds no binary table");
         let (_folder, path) = written(&Table::new(vec![Column::f64("z", None, vec![])]).unwrap());

@@ -67,6 +67,11 @@ pub(super) fn factor(column: &str, unit: &str) -> Result<f64, String> {
     factor.ok_or_else(|| format!("has the unit '{}', but must be {allowed}", unit.trim()))
 }
 
+/// Arcsec in a unit of angles.
+pub(crate) fn arcsec_in(unit: &str) -> Option<f64> {
+    factor("_arcsec", unit).ok()
+}
+
 /// True for masses in units that depend on the Hubble constant.
 fn names_little_h(plain: &str) -> bool {
     let rest = SOLAR_MASS.iter().find_map(|mass| plain.strip_prefix(mass).or(plain.strip_suffix(mass)));

@@ -31,6 +31,10 @@ pub struct ExposureKeywords {
 type KeywordOf<V> = [(&'static str, &'static str, V); 6];
 
 impl ExposureKeywords {
+    /// The names of all of them.
+    pub(super) const NAMES: [&str; 7] =
+        ["EXPTIME", "BKGRMS", "PSFFWHM", "PSFTRUNC", "ZLENS", "ZSOURCE", SAMPLING];
+
     fn named(&mut self) -> KeywordOf<&mut Option<f64>> {
         [
             ("EXPTIME", "s, exposure time", &mut self.exposure_time_s),

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use fitskit::{Hdu, HduData, Header, HeaderValue, ImageData, PixelData};
+use fitskit::{Hdu, HeaderValue, ImageData, PixelData};
 
 use super::exposure_keywords::ExposureKeywords;
-use super::image_wcs::{pixel_scale_arcsec as scale_of, push_wcs};
-use crate::error::{Domain, Error, FileFault, Result};
+use super::image_wcs::push_wcs;
+use crate::error::{Domain, Error, Result};
 use crate::imaging::{Instrument, PixelSampling, Psf, SkyGrid};
 use crate::io::containers::{Provenance, fits_file as fits, write_atomically};
 
-/// A PSF kernel on the pixels of the image, row-major (y, x).
+/// A PSF kernel on the pixels of the image or on finer ones, row-major (y, x).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PsfKernel {
     /// Values, `ny` rows of `nx`.
@@ -19,6 +19,8 @@ pub struct PsfKernel {
     pub nx: usize,
     /// Rows.
     pub ny: usize,
+    /// Its own pixels along the side of an image's pixel.
+    pub oversampling: usize,
 }
 
 /// An image with what is needed to fit it.
@@ -67,39 +69,16 @@ impl ImageFile {
                 pixel_sampling: Some(sampling),
             },
             psf: match psf {
-                Psf::Kernel { width, weights } => {
-                    Some(PsfKernel { data: weights.clone(), nx: *width, ny: *width })
-                }
+                Psf::Kernel { width, weights, oversampling } => Some(PsfKernel {
+                    data: weights.clone(),
+                    nx: *width,
+                    ny: *width,
+                    oversampling: *oversampling,
+                }),
                 _ => None,
             },
             mask: None,
         }
-    }
-
-    /// Reads an image: the primary one or, where that is empty, the first image extension that is
-    /// neither PSF nor MASK. Integer and scaled pixels are converted.
-    ///
-    /// A pixel that is not finite must be masked out, and is then returned as 0.
-    ///
-    /// # Errors
-    /// [`Error::Read`] or [`Error::File`], naming keyword, extension or pixel.
-    pub fn read(path: &Path) -> Result<Self> {
-        let units = fits::read(path)?;
-        let extension = |name| units.iter().skip(1).find(|unit| fits::is_called(unit, name));
-        let (psf, mask) = (extension("PSF"), extension("MASK"));
-        let is_image = |unit: &&Hdu| matches!(&unit.data, HduData::Image(_));
-        let is_extra = |unit: &Hdu| fits::is_called(unit, "PSF") || fits::is_called(unit, "MASK");
-        let unit = units.iter().find(|unit| is_image(unit) && !is_extra(unit));
-        let Some(unit) = unit else { return Err(Error::file(FileFault::Content, path, "holds no image")) };
-
-        let (mut data, nx, ny) = pixels(path, unit, "the image")?;
-        check_unit(path, &unit.header)?;
-        let mask = mask.map(|unit| read_mask(path, unit, (nx, ny))).transpose()?;
-        check_finite(path, &mut data, nx, mask.as_deref())?;
-        let psf = psf.map(|unit| read_psf(path, unit)).transpose()?;
-        let keywords = ExposureKeywords::read(path, &unit.header)?;
-        let pixel_scale_arcsec = scale_of(path, &unit.header)?;
-        Ok(Self { data, nx, ny, pixel_scale_arcsec, keywords, psf, mask })
     }
 
     /// Writes the image atomically; the same image and provenance give the same bytes.
@@ -121,7 +100,12 @@ impl ImageFile {
         let mut units = vec![primary];
         if let Some(psf) = &self.psf {
             check_size("PSF", psf.data.len(), psf.nx, psf.ny)?;
-            units.push(extension("PSF", image(psf.nx, psf.ny, PixelData::F64(psf.data.clone()))));
+            let mut unit = extension("PSF", image(psf.nx, psf.ny, PixelData::F64(psf.data.clone())));
+            if psf.oversampling > 1 {
+                let scale = self.pixel_scale_arcsec / psf.oversampling as f64;
+                fits::push_f64(&mut unit.header, "PIXSCALE", scale, "arcsec, side of a pixel of the PSF");
+            }
+            units.push(unit);
         }
         if let Some(mask) = &self.mask {
             check_size("mask", mask.len(), self.nx, self.ny)?;
@@ -150,109 +134,6 @@ fn check_size(what: &str, length: usize, nx: usize, ny: usize) -> Result<()> {
     Ok(())
 }
 
-/// Scaled pixels with the two axes; further axes must have length 1.
-fn pixels(path: &Path, unit: &Hdu, what: &str) -> Result<(Vec<f64>, usize, usize)> {
-    let axes = match &unit.data {
-        HduData::Image(image) => image.axes.as_slice(),
-        _ => &[],
-    };
-    let (HduData::Image(image), [nx, ny, rest @ ..]) = (&unit.data, axes) else {
-        return Err(Error::file(FileFault::Content, path, format!("{what} has no two axes")));
-    };
-    if rest.iter().any(|&length| length != 1) {
-        return Err(Error::file(
-            FileFault::Content,
-            path,
-            format!("{what} has the axes {axes:?}, but must have two"),
-        ));
-    }
-    let scale = fits::number(path, &unit.header, "BSCALE")?.unwrap_or(1.0);
-    let zero = fits::number(path, &unit.header, "BZERO")?.unwrap_or(0.0);
-    Ok((image.scaled_values(scale, zero), *nx, *ny))
-}
-
-/// The project's flux unit under the names in use; an image without `BUNIT` is taken to have it.
-fn check_unit(path: &Path, header: &Header) -> Result<()> {
-    let Some(unit) = header.get_string("BUNIT") else { return Ok(()) };
-    let plain = unit.trim().to_ascii_lowercase().replace(' ', "");
-    match plain.as_str() {
-        "" | "electron/s" | "electrons/s" | "e-/s" | "e/s" | "electrons-1" | "electrons**-1" => Ok(()),
-        _ => Err(Error::file(
-            FileFault::Content,
-            path,
-            format!("BUNIT is '{unit}', but must be 'electron/s': divide by gain and time"),
-        )),
-    }
-}
-
-fn check_finite(path: &Path, data: &mut [f64], nx: usize, mask: Option<&[bool]>) -> Result<()> {
-    for (i, value) in data.iter_mut().enumerate().filter(|(_, value)| !value.is_finite()) {
-        if mask.is_none_or(|mask| mask[i]) {
-            let problem = format!(
-                "pixel x = {}, y = {} (counted from 1) is {value}; finite numbers only, \
-                 or leave it out with an extension MASK (1 = use the pixel)",
-                i % nx + 1,
-                i / nx + 1
-            );
-            return Err(Error::file(FileFault::Content, path, problem));
-        }
-        *value = 0.0;
-    }
-    Ok(())
-}
-
-fn read_mask(path: &Path, unit: &Hdu, (nx, ny): (usize, usize)) -> Result<Vec<bool>> {
-    let (values, mask_nx, mask_ny) = pixels(path, unit, "MASK")?;
-    if (mask_nx, mask_ny) != (nx, ny) {
-        let problem = format!("MASK has {mask_nx}x{mask_ny} pixels, but the image has {nx}x{ny}");
-        return Err(Error::file(FileFault::Content, path, problem));
-    }
-    match values.iter().find(|&&value| value != 0.0 && value != 1.0) {
-        Some(value) => Err(Error::file(
-            FileFault::Content,
-            path,
-            format!("MASK holds {value}; allowed: 1 = use the pixel, 0 = do not"),
-        )),
-        None => Ok(values.iter().map(|&value| value == 1.0).collect()),
-    }
-}
-
-impl PsfKernel {
-    /// Reads a kernel that lies on pixels of `pixel_scale_arcsec`: the extension `PSF` or, without one, the first image.
-    ///
-    /// # Errors
-    /// [`Error::Read`], or [`Error::File`] for a value that is not finite or a stated pixel scale that differs.
-    pub fn read(path: &Path, pixel_scale_arcsec: f64) -> Result<Self> {
-        /// Pixel scales that differ by less than this are equal but for rounding.
-        const SCALE_TOLERANCE: f64 = 1e-3;
-        let units = fits::read(path)?;
-        let named = units.iter().find(|unit| fits::is_called(unit, "PSF"));
-        let unit = named.or_else(|| units.iter().find(|unit| matches!(&unit.data, HduData::Image(_))));
-        let Some(unit) = unit else { return Err(Error::file(FileFault::PsfKernel, path, "holds no image")) };
-        let has_scale = ["CDELT1", "CD1_1", "PIXSCALE"].iter().any(|name| unit.header.find(name).is_some());
-        if has_scale {
-            let stated = scale_of(path, &unit.header)?;
-            if (stated / pixel_scale_arcsec - 1.0).abs() > SCALE_TOLERANCE {
-                let problem = format!(
-                    "the PSF has pixels of {stated} arcsec, but must have those of the image, {pixel_scale_arcsec} arcsec"
-                );
-                return Err(Error::file(FileFault::PsfKernel, path, problem));
-            }
-        }
-        read_psf(path, unit)
-    }
-}
-
-fn read_psf(path: &Path, unit: &Hdu) -> Result<PsfKernel> {
-    let (data, nx, ny) = pixels(path, unit, "PSF")?;
-    match data.iter().find(|value| !value.is_finite()) {
-        Some(value) => {
-            Err(Error::file(FileFault::PsfKernel, path, format!("PSF holds {value}; finite numbers only")))
-        }
-        None => Ok(PsfKernel { data, nx, ny }),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -272,7 +153,7 @@ mod tests {
             ny: 2,
             pixel_scale_arcsec: 0.08,
             keywords,
-            psf: Some(PsfKernel { data: vec![0.25, 0.5, 0.25], nx: 3, ny: 1 }),
+            psf: Some(PsfKernel { data: vec![0.25, 0.5, 0.25], nx: 3, ny: 1, oversampling: 2 }),
             mask: Some(vec![true, true, false, true, true, true]),
         }
     }
@@ -338,7 +219,7 @@ mod tests {
         let text = |value: &str| HeaderValue::String(value.into());
         assert_eq!(
             fault(|units| units[0].header.set("BUNIT", text("adu"), None)),
-            "BUNIT is 'adu', but must be 'electron/s': divide by gain and time"
+            "BUNIT is 'adu', but must be 'electron/s': multiply by the electrons per count, divide by the exposure time (EXPTIME = 5400 s)"
         );
         assert_eq!(
             fault(|units| units[0].header.set("PIXSAMP", text("fine"), None)),
@@ -360,20 +241,26 @@ mod tests {
             fault(|units| units[2] = extension("MASK", image(3, 2, PixelData::U8(vec![2; 6])))),
             "MASK holds 2; allowed: 1 = use the pixel, 0 = do not"
         );
-        assert_eq!(fault(|units| *units = vec![Hdu::primary_empty()]), "holds no image");
+        assert_eq!(
+            fault(|units| *units = vec![Hdu::primary_empty()]),
+            "holds no image; its extensions are: none"
+        );
     }
 
     #[test]
-    fn a_kernel_needs_no_pixel_scale_but_must_not_state_another() {
+    fn a_kernel_lies_on_the_pixels_of_the_image_or_on_whole_parts_of_them() {
         let (_folder, path) = write(&sample());
-        assert_eq!(Some(PsfKernel::read(&path, 0.1).unwrap()), sample().psf, "the extension is taken");
+        assert_eq!(Some(PsfKernel::read(&path, 0.08).unwrap()), sample().psf, "the extension is taken");
         let (_second, path) = write(&ImageFile { psf: None, mask: None, ..sample() });
-        assert_eq!(PsfKernel::read(&path, 0.08).unwrap().data, sample().data);
-        let error = PsfKernel::read(&path, 0.1).unwrap_err().to_string();
-        assert!(
-            error.ends_with("pixels of 0.08 arcsec, but must have those of the image, 0.1 arcsec"),
-            "{error}"
-        );
+        let kernel = |scale| PsfKernel::read(&path, scale);
+        assert_eq!((kernel(0.08).unwrap().data, kernel(0.24).unwrap().oversampling), (sample().data, 3));
+        for scale in [0.1, 0.04, 0.08 * 65.0] {
+            let error = kernel(scale).unwrap_err().to_string();
+            assert!(
+                error.contains("the PSF has pixels of 0.08 arcsec, but must have those of the image"),
+                "{error}"
+            );
+        }
         let bare = Hdu::primary_image(image(3, 1, PixelData::F64(vec![1.0, 2.0, 1.0])));
         fits::write(&path, vec![bare]).unwrap();
         assert_eq!(PsfKernel::read(&path, 0.1).unwrap().data, [1.0, 2.0, 1.0]);

@@ -5,13 +5,18 @@ use std::path::Path;
 use fitskit::Header;
 
 use crate::error::{Error, FileFault, Result};
-use crate::io::containers::fits_file as fits;
+use crate::io::containers::{arcsec_in, fits_file as fits};
 
 /// Arcseconds in a degree.
 const ARCSEC_PER_DEG: f64 = 3600.0;
-/// Pixels count as square, and two statements of the scale as equal, within this fraction; survey
-/// headers carry six digits and more.
-const SCALE_TOLERANCE: f64 = 1e-6;
+/// Two statements of the scale are equal within this fraction; then the one with more digits, `PIXSCALE`, is taken.
+const EXACT_TOLERANCE: f64 = 1e-6;
+/// Within this fraction pixels count as square and axes as perpendicular, which moves no point of 100 pixels by 1% of one.
+const SQUARE_TOLERANCE: f64 = 1e-4;
+/// Two statements of the scale contradict each other beyond this fraction; within it one is rounded.
+const ROUNDED_TOLERANCE: f64 = 1e-3;
+/// Keywords that give the scale in arcsec: ours, and that of space telescopes' PSF files.
+const DIRECT: [&str; 2] = ["PIXSCALE", "PIXELSCL"];
 
 /// Appends a gnomonic (TAN) WCS with the grid's centre at RA = Dec = 0.
 ///
@@ -33,59 +38,116 @@ pub(super) fn push_wcs(header: &mut Header, nx: usize, ny: usize, pixel_scale_ar
     fits::push_f64(header, "PIXSCALE", pixel_scale_arcsec, "arcsec, side of a pixel");
 }
 
-/// The side of a pixel from `CDi_j`, or from `CDELTi` (with or without rotation), or `PIXSCALE`.
+/// The side of a pixel from `CDi_j`, `PCi_j` × `CDELTi`, `CDELTi` or `PIXSCALE`; `None` where none is stated.
 ///
 /// Only the scale is taken: haloray works in pixels, x to the right, whichever way the sky lies.
-pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<f64> {
-    let number = |name: &str| fits::number(path, header, name);
-    let matrix = [number("CD1_1")?, number("CD1_2")?, number("CD2_1")?, number("CD2_2")?];
-    let steps = if matrix.iter().any(Option::is_some) {
-        let [a, b, c, d] = matrix.map(|element| element.unwrap_or(0.0));
-        Some((a.hypot(c), b.hypot(d)))
-    } else {
-        number("CDELT1")?.zip(number("CDELT2")?).map(|(x, y)| (x.abs(), y.abs()))
-    };
-    let direct = number("PIXSCALE")?;
-    let scale = match (steps, direct) {
-        (Some((x, y)), _) if (x - y).abs() > SCALE_TOLERANCE * x.max(y) => {
-            return Err(Error::file(
-                FileFault::Content,
-                path,
-                format!("the pixels are not square: {x} by {y} deg"),
-            ));
+///
+/// # Errors
+/// Statements that contradict each other, with both values; pixels that are not square; units that are no angle.
+pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<Option<f64>> {
+    let fault = |problem: String| Err(Error::file(FileFault::Content, path, problem));
+    let mut stated: Vec<(&str, f64)> = Vec::new();
+    for (name, matrix) in
+        [("CDi_j", cd_matrix(path, header)?), ("PCi_j and CDELTi", pc_matrix(path, header)?)]
+    {
+        let Some([[a, b], [c, d]]) = matrix else { continue };
+        let (x, y) = (a.hypot(c), b.hypot(d));
+        if (x - y).abs() > SQUARE_TOLERANCE * x.max(y) {
+            return fault(format!("the pixels are not square: {x} by {y} arcsec"));
         }
-        (Some((x, _)), direct) => {
-            let from_wcs = x * unit_arcsec(path, header)?;
-            direct
-                .filter(|direct| (direct - from_wcs).abs() <= SCALE_TOLERANCE * from_wcs)
-                .unwrap_or(from_wcs)
+        if (a * b + c * d).abs() > SQUARE_TOLERANCE * x * y {
+            return fault(format!("the pixels are sheared: {name} = [[{a}, {b}], [{c}, {d}]] arcsec"));
         }
-        (None, Some(direct)) => direct,
-        (None, None) => {
-            let problem = "has no pixel scale; CDELT1 and CDELT2 (deg), CD1_1 … CD2_2 (deg) or PIXSCALE (arcsec) is wanted";
-            return Err(Error::file(FileFault::Content, path, problem));
-        }
-    };
-    if scale > 0.0 {
-        Ok(scale)
-    } else {
-        Err(Error::file(
-            FileFault::Content,
-            path,
-            format!("the pixel scale is {scale} arcsec, but must be > 0"),
-        ))
+        stated.push((name, if x == y { x } else { (x * y).sqrt() }));
     }
+    for name in DIRECT {
+        stated.extend(fits::number(path, header, name)?.map(|scale| (name, scale)));
+    }
+    if let Some((name, scale)) = stated.iter().find(|(_, scale)| !(scale.is_finite() && *scale > 0.0)) {
+        return fault(format!("the pixel scale by {name} is {scale} arcsec, but must be > 0"));
+    }
+    let Some(&(first_name, first)) = stated.first() else { return Ok(None) };
+    let differs = |by: f64| move |(_, scale): &&(&str, f64)| (scale - first).abs() > by * first;
+    if let Some((name, scale)) = stated.iter().find(differs(ROUNDED_TOLERANCE)) {
+        let problem = "contradict each other; leave out the wrong one";
+        return fault(format!(
+            "the pixel scales {first} arcsec by {first_name} and {scale} arcsec by {name} {problem}"
+        ));
+    }
+    let exact = stated.iter().rev().find(|&one| DIRECT.contains(&one.0) && !differs(EXACT_TOLERANCE)(&one));
+    Ok(Some(exact.map_or(first, |(_, scale)| *scale)))
 }
 
-fn unit_arcsec(path: &Path, header: &Header) -> Result<f64> {
-    match header.get_string("CUNIT1").map_or("deg", str::trim) {
-        "" | "deg" | "degree" | "degrees" => Ok(ARCSEC_PER_DEG),
-        "arcsec" => Ok(1.0),
-        other => Err(Error::file(
-            FileFault::Content,
-            path,
-            format!("CUNIT1 is '{other}', but must be 'deg' or 'arcsec'"),
-        )),
+/// The angle in degrees by which the sky's y axis is turned against that of the pixels, if the header says so.
+pub(super) fn rotation_deg(path: &Path, header: &Header) -> Result<Option<f64>> {
+    let Some([[_, b], [_, d]]) = cd_matrix(path, header)?.or(pc_matrix(path, header)?) else {
+        return Ok(None);
+    };
+    let old = fits::number(path, header, "CROTA2")?.unwrap_or(0.0);
+    Ok(Some(b.atan2(d).to_degrees() + old))
+}
+
+/// World coordinates in arcsec by pixel coordinates.
+type Matrix = [[f64; 2]; 2];
+
+/// `CDi_j`; beside it, as the standard says, a `CDELTi` without `PCi_j` means nothing.
+fn cd_matrix(path: &Path, header: &Header) -> Result<Option<Matrix>> {
+    let Some(matrix) = matrix(path, header, "CD", 0.0)? else { return Ok(None) };
+    in_arcsec(path, header, matrix).map(Some)
+}
+
+fn pc_matrix(path: &Path, header: &Header) -> Result<Option<Matrix>> {
+    let pc = matrix(path, header, "PC", 1.0)?;
+    let steps = [fits::number(path, header, "CDELT1")?, fits::number(path, header, "CDELT2")?];
+    let (pc, [x, y]) = match (pc, steps) {
+        (Some(pc), steps) => (pc, steps.map(|step| step.unwrap_or(1.0))),
+        (None, [Some(x), Some(y)]) if matrix(path, header, "CD", 0.0)?.is_none() => {
+            ([[1.0, 0.0], [0.0, 1.0]], [x, y])
+        }
+        _ => return Ok(None),
+    };
+    in_arcsec(path, header, [pc[0].map(|element| x * element), pc[1].map(|element| y * element)]).map(Some)
+}
+
+/// The matrix `NAMEi_j`, if an element is there; what is missing is 0, or `diagonal` on the diagonal.
+fn matrix(path: &Path, header: &Header, name: &str, diagonal: f64) -> Result<Option<Matrix>> {
+    let number = |i, j| fits::number(path, header, &format!("{name}{i}_{j}"));
+    let elements = [[number(1, 1)?, number(1, 2)?], [number(2, 1)?, number(2, 2)?]];
+    let or = |element: Option<f64>, missing| element.unwrap_or(missing);
+    let [[a, b], [c, d]] = elements;
+    let is_there = elements.iter().flatten().any(Option::is_some);
+    Ok(is_there.then(|| [[or(a, diagonal), or(b, 0.0)], [or(c, 0.0), or(d, diagonal)]]))
+}
+
+fn in_arcsec(path: &Path, header: &Header, matrix: Matrix) -> Result<Matrix> {
+    let [x, y] = [unit_arcsec(path, header, 1)?, unit_arcsec(path, header, 2)?];
+    Ok([matrix[0].map(|element| x * element), matrix[1].map(|element| y * element)])
+}
+
+/// Arcsec in the unit of a world axis, which is the degree where none is stated for a place on the sky.
+fn unit_arcsec(path: &Path, header: &Header, axis: usize) -> Result<f64> {
+    let fault = |problem: String| Err(Error::file(FileFault::Content, path, problem));
+    let (unit, kind) = (format!("CUNIT{axis}"), format!("CTYPE{axis}"));
+    let stated = header.get_string(&unit).map_or("", str::trim);
+    if stated.is_empty() {
+        let kind_of_axis = header.get_string(&kind).map_or("", str::trim);
+        let is_sky =
+            ["RA", "DEC", "GLON", "GLAT", "ELON", "ELAT"].iter().any(|sky| kind_of_axis.starts_with(sky));
+        if !is_sky && !kind_of_axis.is_empty() {
+            return fault(format!(
+                "{kind} is '{kind_of_axis}' and states no {unit}, which must be an angle's: 'deg'"
+            ));
+        }
+        return Ok(ARCSEC_PER_DEG);
+    }
+    match stated {
+        "deg" => Ok(ARCSEC_PER_DEG),
+        _ => match arcsec_in(stated) {
+            Some(arcsec) => Ok(arcsec),
+            None => {
+                fault(format!("{unit} is '{stated}', but must be 'deg', 'arcmin', 'arcsec', 'mas' or 'rad'"))
+            }
+        },
     }
 }
 
@@ -94,43 +156,103 @@ mod tests {
     use super::*;
     use fitskit::HeaderValue;
 
-    fn scale(keywords: &[(&str, f64)], unit: &str) -> std::result::Result<f64, String> {
+    fn scale(keywords: &[(&str, f64)], unit: &str) -> std::result::Result<Option<f64>, String> {
         let mut header = Header::new();
         for &(name, value) in keywords {
             header.set(name, HeaderValue::Float(value), None);
         }
-        header.set("CUNIT1", HeaderValue::String(unit.into()), None);
+        for name in ["CUNIT1", "CUNIT2"] {
+            header.set(name, HeaderValue::String(unit.into()), None);
+        }
         pixel_scale_arcsec(Path::new("i.fits"), &header).map_err(|error| error.to_string())
     }
 
     #[test]
     fn every_way_to_state_the_scale_is_understood() {
-        let close = |got: std::result::Result<f64, String>| (got.unwrap() - 0.08).abs() < 1e-12;
+        let close = |keywords: &[(&str, f64)], unit| {
+            let found = scale(keywords, unit).unwrap().unwrap();
+            assert!((found - 0.08).abs() < 1e-12, "{keywords:?}: {found}");
+        };
         let step = 0.08 / 3600.0;
-        assert!(close(scale(&[("CDELT1", -step), ("CDELT2", step)], "deg")));
-        assert!(close(scale(&[("CDELT1", 0.08), ("CDELT2", 0.08)], "arcsec")));
+        close(&[("CDELT1", -step), ("CDELT2", step)], "deg");
+        close(&[("CDELT1", -step), ("CDELT2", step), ("CROTA2", 30.0)], "");
+        close(&[("CDELT1", 0.08), ("CDELT2", 0.08)], "arcsec");
+        close(&[("CDELT1", 80.0), ("CDELT2", 80.0)], "mas");
+        close(&[("CDELT1", 0.08 / 60.0), ("CDELT2", 0.08 / 60.0)], "arcmin");
         let (sin, cos) = 0.3_f64.sin_cos();
-        let rotated =
-            [("CD1_1", -step * cos), ("CD1_2", step * sin), ("CD2_1", step * sin), ("CD2_2", step * cos)];
-        assert!(close(scale(&rotated, "deg")));
-        assert!(close(scale(&[("PIXSCALE", 0.08)], "")));
+        let rotated = |name: &str, step: f64| -> Vec<(String, f64)> {
+            let elements = [("1_1", -cos), ("1_2", sin), ("2_1", sin), ("2_2", cos)];
+            elements.map(|(index, value)| (format!("{name}{index}"), step * value)).to_vec()
+        };
+        for (name, of_matrix, of_cdelt) in
+            [("CD", step, None), ("PC", step, Some(1.0)), ("PC", step, None), ("PC", 1.0, Some(step))]
+        {
+            let matrix = rotated(name, of_matrix);
+            let mut keywords: Vec<(&str, f64)> =
+                matrix.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+            keywords.extend(of_cdelt.iter().flat_map(|step| [("CDELT1", *step), ("CDELT2", *step)]));
+            close(&keywords, "deg");
+            // A leftover CDELT beside CD means nothing.
+            if name == "CD" {
+                keywords.extend([("CDELT1", 1.0), ("CDELT2", 1.0)]);
+                close(&keywords, "deg");
+            }
+        }
+        close(
+            &[
+                ("PC1_2", 1.0),
+                ("PC2_1", -1.0),
+                ("PC1_1", 0.0),
+                ("PC2_2", 0.0),
+                ("CDELT1", step),
+                ("CDELT2", step),
+            ],
+            "deg",
+        );
+        close(&[("PIXSCALE", 0.08)], "");
+        close(&[("PIXELSCL", 0.08)], "");
+        assert_eq!(scale(&[("CDELT1", 1e-5)], "deg").unwrap(), None);
     }
 
     #[test]
-    fn the_exact_scale_is_taken_only_where_it_agrees_with_the_wcs() {
+    fn the_exact_scale_is_taken_where_it_agrees_with_the_wcs_and_contradictions_are_refused_with_both() {
         let step = 0.08 / 3600.0;
-        let both =
-            |direct| scale(&[("CDELT1", step), ("CDELT2", step), ("PIXSCALE", direct)], "deg").unwrap();
-        assert_eq!(both(0.080_000_000_1), 0.080_000_000_1);
-        assert!((both(0.09) - 0.08).abs() < 1e-12);
+        let both = |direct| scale(&[("CDELT1", step), ("CDELT2", step), ("PIXSCALE", direct)], "deg");
+        assert_eq!(both(0.080_000_000_1).unwrap(), Some(0.080_000_000_1));
+        assert!((both(0.080_04).unwrap().unwrap() - 0.08).abs() < 1e-12);
+        let fault = both(0.09).unwrap_err();
+        assert!(fault.contains("0.09 arcsec by PIXSCALE contradict each other"), "{fault}");
+        let two = [
+            ("CD1_1", step),
+            ("CD2_2", step),
+            ("PC1_1", 1.0),
+            ("CDELT1", 2.0 * step),
+            ("CDELT2", 2.0 * step),
+        ];
+        let fault = scale(&two, "deg").unwrap_err();
+        assert!(
+            fault.contains("0.08 arcsec by CDi_j and 0.16 arcsec by PCi_j and CDELTi contradict"),
+            "{fault}"
+        );
     }
 
     #[test]
     fn what_cannot_be_used_is_named() {
         let fault = |keywords: &[(&str, f64)], unit| scale(keywords, unit).unwrap_err();
-        assert!(fault(&[("CDELT1", 1e-5), ("CDELT2", 2e-5)], "deg").contains("the pixels are not square"));
+        assert!(
+            fault(&[("CDELT1", 1e-5), ("CDELT2", 2e-5)], "deg").contains("the pixels are not square: 0.036")
+        );
+        let sheared = [("CD1_1", 1e-5), ("CD1_2", 1e-5), ("CD2_1", 0.0), ("CD2_2", 1e-9)];
+        assert!(fault(&sheared, "deg").contains("the pixels are sheared"));
         assert!(fault(&[("CDELT1", 1e-5), ("CDELT2", 1e-5)], "m").contains("CUNIT1 is 'm'"));
-        assert!(fault(&[("PIXSCALE", 0.0)], "").contains("the pixel scale is 0 arcsec, but must be > 0"));
-        assert!(fault(&[("CDELT1", 1e-5)], "deg").contains("has no pixel scale; CDELT1 and CDELT2 (deg)"));
+        assert!(fault(&[("PIXSCALE", 0.0)], "").contains("by PIXSCALE is 0 arcsec, but must be > 0"));
+        assert!(fault(&[("CD1_1", 0.0)], "deg").contains("is 0 arcsec"));
+        let mut header = Header::new();
+        for (name, value) in [("CDELT1", 1.0), ("CDELT2", 1.0)] {
+            header.set(name, HeaderValue::Float(value), None);
+        }
+        header.set("CTYPE1", HeaderValue::String("LINEAR".into()), None);
+        let error = pixel_scale_arcsec(Path::new("i.fits"), &header).unwrap_err().to_string();
+        assert!(error.contains("CTYPE1 is 'LINEAR' and states no CUNIT1"), "{error}");
     }
 }

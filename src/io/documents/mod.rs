@@ -1,8 +1,10 @@
 //! What haloray's files say: haloes, rays, lens models, images and observations, runs, posteriors, catalogues.
 
 mod exposure_keywords;
+mod flux_unit;
 mod halo_table;
 mod image_fits;
+mod image_reading;
 mod image_table;
 mod image_wcs;
 mod lens_model;

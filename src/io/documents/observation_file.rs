@@ -11,6 +11,9 @@ use crate::inference::Observation;
 /// Where the Gaussian PSF of an image that does not say is cut, in standard deviations.
 const DEFAULT_TRUNCATION_SIGMA: f64 = 5.0;
 
+/// A Gaussian has lost its last bit long before this many standard deviations.
+const LARGEST_TRUNCATION_SIGMA: f64 = 40.0;
+
 /// Reads a square image with EXPTIME, BKGRMS, and PSFFWHM (with PSFTRUNC, else 5σ) or an extension PSF; MASK if there is one.
 ///
 /// # Errors
@@ -70,13 +73,23 @@ fn psf(path: &Path, image: &ImageFile) -> Result<Psf> {
         }
         (None, Some(fwhm)) => {
             let truncation = image.keywords.psf_truncation_sigma.unwrap_or(DEFAULT_TRUNCATION_SIGMA);
+            let width = image.nx as f64 * image.pixel_scale_arcsec;
+            let allowed = format!("between 0 and the width of the image, {width} arcsec");
+            Domain::from_to(0.0, width).check_in_words("PSFFWHM", fwhm, &allowed)?;
+            let allowed = format!("above 0 and at most {LARGEST_TRUNCATION_SIGMA} standard deviations");
+            Domain::above_to(0.0, LARGEST_TRUNCATION_SIGMA)
+                .check_in_words("PSFTRUNC", truncation, &allowed)?;
             Psf::gaussian(fwhm, truncation, image.pixel_scale_arcsec)
         }
         (Some(kernel), None) => {
             let total: f64 = kernel.data.iter().sum();
             let near_one = Domain::from_to(1.0 - NORMALISED, 1.0 + NORMALISED);
             let normalised = near_one.check_in_words("sum of the PSF kernel", total, "1 within 1e-3");
-            let psf = normalised.and_then(|_| Psf::kernel(kernel.nx, kernel.ny, kernel.data.clone()));
+            let psf = normalised
+                .and_then(|_| Psf::kernel(kernel.nx, kernel.ny, kernel.data.clone(), kernel.oversampling));
+            let fine = image.nx * kernel.oversampling;
+            Domain::from_to(1.0, 4096.0)
+                .check("pixels of the image times those of the PSF in one", fine as f64)?;
             psf.map_err(|error| error.in_file(FileFault::PsfKernel, path))
         }
     }
@@ -114,7 +127,7 @@ mod tests {
             edit(&mut image);
             observation(Path::new("i.fits"), &image).and_then(|o| o.validate()).unwrap_err().to_string()
         };
-        let kernel = |value: f64| PsfKernel { data: vec![value; 9], nx: 3, ny: 3 };
+        let kernel = |value: f64| PsfKernel { data: vec![value; 9], nx: 3, ny: 3, oversampling: 1 };
         assert!(
             observation(Path::new("i.fits"), &ImageFile { psf: Some(kernel(1.0 / 9.0)), ..image() }).is_err()
         );
@@ -123,13 +136,21 @@ mod tests {
             (fault(|i| i.keywords.background_rms_e_per_s = None), "BKGRMS is missing"),
             (fault(|i| i.keywords.background_rms_e_per_s = Some(-0.1)), "BKGRMS is -0.1"),
             (fault(|i| i.keywords.psf_fwhm_arcsec = None), "PSFFWHM is missing"),
+            (
+                fault(|i| i.keywords.psf_fwhm_arcsec = Some(9.2e18)),
+                "PSFFWHM is 9.2e18, but must be between 0",
+            ),
+            (
+                fault(|i| i.keywords.psf_truncation_sigma = Some(1e300)),
+                "PSFTRUNC is 1e300, but must be above 0",
+            ),
             (fault(|i| i.keywords.z_lens = Some(1.5)), "below ZSOURCE"),
             (fault(|i| (i.nx, i.ny) = (9, 1)), "square"),
             (fault(|i| i.mask = Some(vec![false; 9])), "pixels in use"),
             (
                 fault(|i| {
                     i.keywords.psf_fwhm_arcsec = None;
-                    i.psf = Some(PsfKernel { data: vec![0.2; 9], nx: 3, ny: 3 });
+                    i.psf = Some(PsfKernel { data: vec![0.2; 9], nx: 3, ny: 3, oversampling: 1 });
                 }),
                 "1 within 1e-3",
             ),

@@ -1,0 +1,57 @@
+"""image_ok.fits as other programs keep images: in extensions, compressed tiles, other units and WCS keywords.
+
+Versions: astropy 8.0.2, numpy 2.4.6; 2026-11-25.
+Command: python3 data/inputs/make_images.py
+image_ok.fits, wcs_to_header.fits, psf_half_pixel.fits, blank.fits, gzipped.fits.gz and psffwhm_capacity_overflow.fits were not
+made by this script. Truth of all: theta_E 1.2, R_sersic 0.25, n_sersic 1.2.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from astropy.io import fits
+
+HERE = Path(__file__).parent
+with fits.open(HERE / "image_ok.fits") as units:
+    data, header = units[0].data.astype("f8"), units[0].header.copy()
+EXPOSURE = ["EXPTIME", "BKGRMS", "PSFFWHM"]
+
+
+def primary(inherited):
+    """An empty primary unit with these keywords of the image."""
+    unit = fits.PrimaryHDU()
+    for name in inherited:
+        unit.header[name] = header[name]
+    return unit
+
+
+def science(inherit):
+    """The image as an extension SCI without what its primary header says."""
+    unit = fits.ImageHDU(data, name="SCI")
+    for card in header.cards:
+        if card.keyword[:5] in ("CTYPE", "CRPIX", "CDELT", "CUNIT", "CRVAL", "BUNIT"):
+            unit.header[card.keyword] = card.value
+    if inherit is not None:
+        unit.header["INHERIT"] = inherit
+    return unit
+
+
+weight = fits.ImageHDU(np.full(data.shape, 9.0), name="WHT")
+error = fits.ImageHDU(np.full(data.shape, 0.01), name="ERR")
+flags = fits.ImageHDU(np.zeros(data.shape, "i2"), name="DQ")
+for name, inherit in [("sci_inherit.fits", True), ("sci_silent.fits", None), ("sci_alone.fits", False)]:
+    fits.HDUList([primary(EXPOSURE), weight, science(inherit), error, flags]).writeto(HERE / name, overwrite=True)
+two = [fits.ImageHDU(data, name=name) for name in ("F814W", "F606W")]
+fits.HDUList([primary(EXPOSURE), *two]).writeto(HERE / "two_bands.fits", overwrite=True)
+
+for method in ("RICE_1", "GZIP_1", "GZIP_2", "HCOMPRESS_1"):
+    lossless = {} if method in ("RICE_1", "HCOMPRESS_1") else {"quantize_level": 0.0}
+    noise = {"quantize_level": -1e-5} if method in ("RICE_1", "HCOMPRESS_1") else {}
+    packed = fits.CompImageHDU(data, header, compression_type=method, **lossless, **noise)
+    fits.HDUList([fits.PrimaryHDU(), packed]).writeto(HERE / f"{method.lower()}.fits.fz", overwrite=True)
+
+scaled = fits.PrimaryHDU(np.round(data / 1e-4).astype("i4"), header.copy())
+scaled.header["BSCALE"] = 1e-4
+scaled.header["BZERO"] = 0.0
+with open(HERE / "scaled.fits", "wb") as file:
+    scaled.writeto(file)

@@ -1,0 +1,232 @@
+//! Images as they are read: which extension is the image, what its header inherits, which pixels are numbers, its PSF and MASK.
+
+use std::path::Path;
+
+use fitskit::{Hdu, HduData, Header, PixelData};
+
+use super::exposure_keywords::ExposureKeywords;
+use super::flux_unit;
+use super::image_fits::{ImageFile, PsfKernel};
+use super::image_wcs::{pixel_scale_arcsec, rotation_deg};
+use crate::error::{Error, FileFault, Result};
+use crate::io::containers::fits_file as fits;
+
+/// Parts of an extension's name that say that it is no image of the sky, but goes with one.
+const HELPERS: [&str; 22] = [
+    "PSF", "MASK", "WHT", "WEIGHT", "ERR", "ERROR", "DQ", "RMS", "VAR", "IVAR", "UNC", "SIGMA", "NOISE",
+    "CTX", "CON", "BKG", "SKY", "FLAG", "SAMP", "TIME", "EXP", "AREA",
+];
+/// Keywords of a primary header that describe its own data or the file, and hold for no extension.
+const NOT_INHERITED: [&str; 12] = [
+    "SIMPLE", "BITPIX", "EXTEND", "BLANK", "BSCALE", "BZERO", "BUNIT", "PCOUNT", "GCOUNT", "CHECKSUM",
+    "DATASUM", "EXTNAME",
+];
+
+impl ImageFile {
+    /// Reads an image, packed (`.gz`, tile-compressed) or not: the extension SCI, else the primary image, else the only
+    /// one that is no weight, error, flag, PSF or MASK. Integer and scaled pixels are converted; BLANK is no number.
+    ///
+    /// A pixel that is not finite must be masked out, and is then returned as 0. An extension has the keywords of the
+    /// primary header that it lacks, if it says INHERIT; without a word it has those of the exposure, which is logged.
+    ///
+    /// # Errors
+    /// [`Error::Read`] or [`Error::File`], naming keyword, extension or pixel.
+    pub fn read(path: &Path) -> Result<Self> {
+        let units = fits::read(path)?;
+        let unit = choose_image(path, &units)?;
+        let extension = |name| units.iter().skip(1).find(|unit| fits::is_called(unit, name));
+        let (mut data, nx, ny) = pixels(path, unit, "the image")?;
+        let header = header_of(path, unit, &units[0])?;
+        flux_unit::check(path, &header)?;
+        let mask = extension("MASK").map(|unit| read_mask(path, unit, (nx, ny))).transpose()?;
+        check_finite(path, &mut data, nx, mask.as_deref())?;
+        let keywords = ExposureKeywords::read(path, &header)?;
+        let Some(pixel_scale_arcsec) = pixel_scale_arcsec(path, &header)? else {
+            let problem = "has no pixel scale; CDELT1 and CDELT2 (deg), CD1_1 … CD2_2 (deg) or PIXSCALE (arcsec) is wanted";
+            return Err(Error::file(FileFault::Content, path, problem));
+        };
+        if let Some(angle) = rotation_deg(path, &header)?.filter(|angle| angle.abs() > 0.1) {
+            let path = path.display();
+            log::info!(
+                "{path}: the sky is turned by {angle:.1} deg against the pixels; x and y of results are the pixels'"
+            );
+        }
+        let psf = extension("PSF").map(|unit| read_psf(path, unit, pixel_scale_arcsec)).transpose()?;
+        Ok(Self { data, nx, ny, pixel_scale_arcsec, keywords, psf, mask })
+    }
+}
+
+/// The image among the units; what else there is goes into the log or the error.
+fn choose_image<'a>(path: &Path, units: &'a [Hdu]) -> Result<&'a Hdu> {
+    let is_image = |unit: &&Hdu| matches!(&unit.data, HduData::Image(_));
+    let images: Vec<&Hdu> = units.iter().filter(is_image).collect();
+    let science: Vec<&Hdu> = images.iter().copied().filter(|unit| fits::is_called(unit, "SCI")).collect();
+    let plain: Vec<&Hdu> = images.iter().copied().filter(|unit| !is_helper(unit)).collect();
+    let primary = units.first().filter(is_image);
+    let chosen = match (science.as_slice(), primary, plain.as_slice()) {
+        ([only], ..) => only,
+        ([], Some(primary), _) => primary,
+        ([], None, [only]) => only,
+        _ => {
+            let names = list(units.iter().skip(1).collect());
+            let problem = match images.as_slice() {
+                [] => format!("holds no image; its extensions are: {names}"),
+                _ => format!(
+                    "does not say which image to take; give one alone EXTNAME = 'SCI'; its extensions are: {names}"
+                ),
+            };
+            return Err(Error::file(FileFault::Content, path, problem));
+        }
+    };
+    let is_used = |unit: &Hdu| {
+        std::ptr::eq(unit, chosen) || fits::is_called(unit, "PSF") || fits::is_called(unit, "MASK")
+    };
+    let unused: Vec<&Hdu> = images.into_iter().filter(|unit| !is_used(unit)).collect();
+    if !unused.is_empty() {
+        log::info!("{}: the image {} is taken; not used: {}", path.display(), name(chosen), list(unused));
+    }
+    Ok(chosen)
+}
+
+fn is_helper(unit: &Hdu) -> bool {
+    name(unit).to_ascii_uppercase().split(['_', '-', ' ']).any(|part| HELPERS.contains(&part))
+}
+
+fn name(unit: &Hdu) -> &str {
+    let unnamed = if unit.header.find("SIMPLE").is_some() { "(primary)" } else { "(unnamed)" };
+    unit.header.get_string("EXTNAME").map_or(unnamed, str::trim)
+}
+
+fn list(units: Vec<&Hdu>) -> String {
+    let names: Vec<&str> = units.into_iter().map(name).collect();
+    if names.is_empty() { "none".into() } else { names.join(", ") }
+}
+
+/// The header of a unit with what it inherits from the primary one.
+fn header_of(path: &Path, unit: &Hdu, primary: &Hdu) -> Result<Header> {
+    let mut header = unit.header.clone();
+    if std::ptr::eq(unit, primary) {
+        return Ok(header);
+    }
+    let stated = header.get_bool("INHERIT");
+    let exposure = ExposureKeywords::NAMES;
+    let mut taken = Vec::new();
+    for keyword in primary.header.iter().filter(|keyword| keyword.value.is_some()) {
+        let own = keyword.name.as_str();
+        let holds = match stated {
+            Some(true) => !NOT_INHERITED.contains(&own) && !own.starts_with("NAXIS"),
+            Some(false) => false,
+            None => exposure.contains(&own),
+        };
+        if holds && header.find(own).is_none() {
+            header.push(keyword.clone());
+            taken.push(own);
+        }
+    }
+    if stated.is_none() && !taken.is_empty() {
+        let (path, image, taken) = (path.display(), name(unit), taken.join(", "));
+        log::info!("{path}: the image {image} has {taken} from the primary header");
+    }
+    Ok(header)
+}
+
+/// Scaled pixels with the two axes; further axes must have length 1. Integers that are BLANK are not numbers.
+fn pixels(path: &Path, unit: &Hdu, what: &str) -> Result<(Vec<f64>, usize, usize)> {
+    let fault = |problem: String| Err(Error::file(FileFault::Content, path, problem));
+    let HduData::Image(image) = &unit.data else { return fault(format!("{what} has no pixels")) };
+    let [nx, ny, rest @ ..] = image.axes.as_slice() else { return fault(format!("{what} has no two axes")) };
+    if rest.iter().any(|&length| length != 1) {
+        return fault(format!("{what} has the axes {:?}, but must have two", image.axes));
+    }
+    let number = |name| fits::number(path, &unit.header, name);
+    let (scale, zero) = (number("BSCALE")?.unwrap_or(1.0), number("BZERO")?.unwrap_or(0.0));
+    if scale == 0.0 {
+        return fault(format!("BSCALE of {what} is 0, but must not be"));
+    }
+    let mut values = image.scaled_values(scale, zero);
+    let blank = number("BLANK")?.or(number("ZBLANK")?);
+    if let (Some(blank), false) = (blank, matches!(image.pixels, PixelData::F32(_) | PixelData::F64(_))) {
+        let raw = image.scaled_values(1.0, 0.0);
+        values.iter_mut().zip(raw).filter(|(_, raw)| *raw == blank).for_each(|(value, _)| *value = f64::NAN);
+    }
+    Ok((values, *nx, *ny))
+}
+
+fn check_finite(path: &Path, data: &mut [f64], nx: usize, mask: Option<&[bool]>) -> Result<()> {
+    for (i, value) in data.iter_mut().enumerate().filter(|(_, value)| !value.is_finite()) {
+        if mask.is_none_or(|mask| mask[i]) {
+            let problem = format!(
+                "pixel x = {}, y = {} (counted from 1) is {value}; finite numbers only, which BLANK is not, \
+                 or leave it out with an extension MASK (1 = use the pixel)",
+                i % nx + 1,
+                i / nx + 1
+            );
+            return Err(Error::file(FileFault::Content, path, problem));
+        }
+        *value = 0.0;
+    }
+    Ok(())
+}
+
+fn read_mask(path: &Path, unit: &Hdu, (nx, ny): (usize, usize)) -> Result<Vec<bool>> {
+    let (values, mask_nx, mask_ny) = pixels(path, unit, "MASK")?;
+    if (mask_nx, mask_ny) != (nx, ny) {
+        let problem = format!("MASK has {mask_nx}x{mask_ny} pixels, but the image has {nx}x{ny}");
+        return Err(Error::file(FileFault::Content, path, problem));
+    }
+    match values.iter().find(|&&value| value != 0.0 && value != 1.0) {
+        Some(value) => Err(Error::file(
+            FileFault::Content,
+            path,
+            format!("MASK holds {value}; allowed: 1 = use the pixel, 0 = do not"),
+        )),
+        None => Ok(values.iter().map(|&value| value == 1.0).collect()),
+    }
+}
+
+impl PsfKernel {
+    /// Reads a kernel for an image with pixels of `pixel_scale_arcsec`: the extension `PSF` or, without one, the first image.
+    ///
+    /// # Errors
+    /// [`Error::Read`], or [`Error::File`] for a value that is not finite or a pixel scale that does not go into the image's.
+    pub fn read(path: &Path, pixel_scale_arcsec: f64) -> Result<Self> {
+        let units = fits::read(path)?;
+        let named = units.iter().find(|unit| fits::is_called(unit, "PSF"));
+        let unit = named.or_else(|| units.iter().find(|unit| matches!(&unit.data, HduData::Image(_))));
+        match unit {
+            Some(unit) => read_psf(path, unit, pixel_scale_arcsec),
+            None => Err(Error::file(FileFault::PsfKernel, path, "holds no image")),
+        }
+    }
+}
+
+/// A kernel whose header says the size of its pixels, or says nothing: then they are those of the image.
+fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKernel> {
+    /// Pixel scales that differ by less than this are equal but for rounding.
+    const SCALE_TOLERANCE: f64 = 1e-3;
+    /// Finer kernels than this would have a side of tens of thousands of pixels.
+    const FINEST: f64 = 64.0;
+    let fault = |problem: String| Err(Error::file(FileFault::PsfKernel, path, problem));
+    let own_scale =
+        pixel_scale_arcsec(path, &unit.header).map_err(|e| e.in_file(FileFault::PsfKernel, path))?;
+    let parts = image_scale_arcsec / own_scale.unwrap_or(image_scale_arcsec);
+    let whole = parts.round();
+    if !(1.0..=FINEST).contains(&whole) || (parts / whole - 1.0).abs() > SCALE_TOLERANCE {
+        return fault(format!(
+            "the PSF has pixels of {} arcsec, but must have those of the image, {image_scale_arcsec} arcsec, \
+             or a half, a third … a 64th of them",
+            own_scale.unwrap_or(image_scale_arcsec)
+        ));
+    }
+    if whole > 1.0 {
+        log::info!(
+            "{}: the PSF has {whole}×{whole} pixels for one of the image, and is used so",
+            path.display()
+        );
+    }
+    let (data, nx, ny) = pixels(path, unit, "PSF")?;
+    match data.iter().find(|value| !value.is_finite()) {
+        Some(value) => fault(format!("PSF holds {value}; finite numbers only")),
+        None => Ok(PsfKernel { data, nx, ny, oversampling: whole as usize }),
+    }
+}
