@@ -44,11 +44,16 @@ for name, inherit in [("sci_inherit.fits", True), ("sci_silent.fits", None), ("s
 two = [fits.ImageHDU(data, name=name) for name in ("F814W", "F606W")]
 fits.HDUList([primary(EXPOSURE), *two]).writeto(HERE / "two_bands.fits", overwrite=True)
 
-for method in ("RICE_1", "GZIP_1", "GZIP_2", "HCOMPRESS_1"):
-    lossless = {} if method in ("RICE_1", "HCOMPRESS_1") else {"quantize_level": 0.0}
-    noise = {"quantize_level": -1e-5} if method in ("RICE_1", "HCOMPRESS_1") else {}
-    packed = fits.CompImageHDU(data, header, compression_type=method, **lossless, **noise)
-    fits.HDUList([fits.PrimaryHDU(), packed]).writeto(HERE / f"{method.lower()}.fits.fz", overwrite=True)
+STEPS, LOSSLESS = {"quantize_level": -1e-5}, {"quantize_level": 0.0}  # in steps of 1e-5 e-/s, or not in steps
+for name, method, type_of_pixels, level in [
+    ("rice_1", "RICE_1", "f8", STEPS),
+    ("gzip_1", "GZIP_1", "f8", LOSSLESS),
+    ("gzip_2", "GZIP_2", "f4", STEPS),
+    ("gzip_2_lossless", "GZIP_2", "f8", LOSSLESS),
+    ("hcompress_1", "HCOMPRESS_1", "f8", STEPS),
+]:
+    packed = fits.CompImageHDU(data.astype(type_of_pixels), header, compression_type=method, **level)
+    fits.HDUList([fits.PrimaryHDU(), packed]).writeto(HERE / f"{name}.fits.fz", overwrite=True)
 
 scaled = fits.PrimaryHDU(np.round(data / 1e-4).astype("i4"), header.copy())
 scaled.header["BSCALE"] = 1e-4

@@ -119,6 +119,13 @@ fn decompress(
             "is compressed by {method}; RICE_1, GZIP_1 and GZIP_2 are read, funpack unpacks all"
         ));
     }
+    // fitskit 0.3 takes the shuffled bytes of such floats for floats.
+    let is_in_steps = table.columns.iter().any(|column| column.name == "ZSCALE");
+    if method == "GZIP_2" && header.get_int("ZBITPIX").is_some_and(|bits| bits < 0) && !is_in_steps {
+        return Err(
+            "is a lossless GZIP_2 of floats, which is not read; GZIP_1 is, funpack unpacks all".into()
+        );
+    }
     let axes = header
         .get_int("ZNAXIS")
         .filter(|axes| (1..=MAX_COUNT).contains(axes))
