@@ -98,14 +98,13 @@ fn mock(model: &CompiledModel, number: u64) -> Result<(Observation, Vec<f64>)> {
     let tidal = |[g1, g2]: [f64; 2], omega| Tidal { kappa: 0.0, gamma: Complex::new(g1, g2), omega };
     let (shape, centre) = (pair("lens.e1", "lens.e2")?, pair("lens.center_x", "lens.center_y")?);
     let lens = Epl::new(value("lens.theta_E")?, value("lens.gamma")?, shape, centre)?;
-    let mapping = TidalLens {
-        model: LineOfSightModel::Minimal {
+    let mapping = TidalLens::new(
+        LineOfSightModel::Minimal {
             od: tidal(pair("gamma1_od", "gamma2_od")?, 0.0),
             los: tidal(pair("gamma1_los", "gamma2_los")?, value("omega_los")?),
         },
-        lenses: vec![MassModel::Epl(lens)],
-        time_delay_distance_mpc: f64::NAN,
-    };
+        vec![MassModel::Epl(lens)],
+    );
     let camera = Instrument::default();
     let light = |part: &str, magnitude: f64, shape, centre| {
         let size = |name: &str| value(&format!("{part}.{name}"));

@@ -272,7 +272,7 @@ mod tests {
     use crate::profile::mass::{Epl, External, MassModel, MassProfile, Nfw, SersicMass};
 
     fn curves(lenses: Vec<MassModel>) -> (CriticalCurves, TidalLens) {
-        let lens = TidalLens { model: LineOfSightModel::EMPTY, lenses, time_delay_distance_mpc: f64::NAN };
+        let lens = TidalLens::new(LineOfSightModel::EMPTY, lenses);
         let window = SkyWindow::about_axis(3.0, lens.lens_centres_arcsec()).unwrap();
         (CriticalCurves::of(&lens, &window, &Silent).unwrap(), lens)
     }

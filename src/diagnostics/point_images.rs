@@ -201,7 +201,8 @@ mod tests {
     use crate::profile::mass::{Epl, External, MassModel, Nfw, PointMass};
 
     fn images(lenses: Vec<MassModel>, source: [f64; 2]) -> PointImages {
-        let lens = TidalLens { model: LineOfSightModel::EMPTY, lenses, time_delay_distance_mpc: 3000.0 };
+        let lens =
+            TidalLens { model: LineOfSightModel::EMPTY, lenses, time_delay_distance_mpc: Some(3000.0) };
         let window = SkyWindow::about_axis(4.0, lens.lens_centres_arcsec()).unwrap();
         PointImages::of(&lens, &window, source)
     }
@@ -264,11 +265,7 @@ mod tests {
             epl(2.0, 0.0),
             MassModel::External(External::new(0.0, [0.1, 0.0], [0.0; 4], [0.0; 2]).unwrap()),
         ];
-        let lens = TidalLens {
-            model: LineOfSightModel::EMPTY,
-            lenses: lenses.clone(),
-            time_delay_distance_mpc: f64::NAN,
-        };
+        let lens = TidalLens::new(LineOfSightModel::EMPTY, lenses.clone());
         // A point of the tangential critical curve in direction φ: r = θ_E(1 − γ cos 2φ)/(1 − γ²).
         let phi = 0.4_f64;
         let r = (1.0 - 0.1 * (2.0 * phi).cos()) / (1.0 - 0.01);

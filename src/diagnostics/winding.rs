@@ -78,7 +78,7 @@ mod tests {
     use crate::profile::mass::{Epl, MassModel, PointMass};
 
     fn lens(profile: MassModel) -> TidalLens {
-        TidalLens { model: LineOfSightModel::EMPTY, lenses: vec![profile], time_delay_distance_mpc: f64::NAN }
+        TidalLens::new(LineOfSightModel::EMPTY, vec![profile])
     }
 
     #[test]

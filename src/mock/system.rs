@@ -139,7 +139,6 @@ impl MockSystem {
     /// # Errors
     /// As [`Self::lenses`].
     pub fn mapping(&self) -> Result<TidalLens> {
-        let (model, lenses) = (self.line_of_sight(), self.lenses()?);
-        Ok(TidalLens { model, lenses, time_delay_distance_mpc: f64::NAN })
+        Ok(TidalLens::new(self.line_of_sight(), self.lenses()?))
     }
 }

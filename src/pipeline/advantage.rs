@@ -95,7 +95,7 @@ pub fn table1_image(seed: u64) -> Result<Table1Image> {
     let (shape, centre) = (pair("lens.e1", "lens.e2")?, pair("lens.center_x", "lens.center_y")?);
     let lens = Epl::new(table("lens.theta_E")?, table("lens.gamma")?, shape, centre)?;
     let model = LineOfSightModel::Full { od: tidal("od")?, os: tidal("os")?, ds: tidal("ds")? };
-    let mapping = TidalLens { model, lenses: vec![MassModel::Epl(lens)], time_delay_distance_mpc: f64::NAN };
+    let mapping = TidalLens::new(model, vec![MassModel::Epl(lens)]);
     let source_centre = pair("source.center_x", "source.center_y")?;
     let source = light("source", &instrument, pair("source.e1", "source.e2")?, source_centre)?;
     let lens_light = light("lens_light", &instrument, shape, centre)?;

@@ -130,11 +130,7 @@ fn system(model: &CompiledModel, seed: u64, number: u64) -> Result<(Vec<f64>, Ob
     let los = tidal("gamma1_los", "gamma2_los", of("omega_los")?)?;
     let centre = pair("lens.center_x", "lens.center_y")?;
     let lens = Epl::new(of("lens.theta_E")?, of("lens.gamma")?, pair("lens.e1", "lens.e2")?, centre)?;
-    let mapping = TidalLens {
-        model: LineOfSightModel::Minimal { od, los },
-        lenses: vec![MassModel::Epl(lens)],
-        time_delay_distance_mpc: f64::NAN,
-    };
+    let mapping = TidalLens::new(LineOfSightModel::Minimal { od, los }, vec![MassModel::Epl(lens)]);
     let (radius, index) = (of("source.R_sersic")?, of("source.n_sersic")?);
     let (shape, place) = (pair("source.e1", "source.e2")?, pair("source.center_x", "source.center_y")?);
     let unit = Sersic::with_flux(1.0, radius, index, shape, place)?;

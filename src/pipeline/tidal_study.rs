@@ -85,8 +85,7 @@ pub fn tidal_residual(
     let traced = whole.trace(&theta, Order::Position, monitor)?.beta_arcsec;
     let effective = EffectiveLineOfSight::of(&sight, z_lens)?;
     let model_lens = MassModel::Epl(lens([0.0, 0.0])?);
-    let through =
-        |model| TidalLens { model, lenses: vec![model_lens.clone()], time_delay_distance_mpc: f64::NAN };
+    let through = |model| TidalLens::new(model, vec![model_lens.clone()]);
     let residual = |model: LineOfSightModel| -> Vec<f64> {
         let mapping = through(model);
         let inner = INNER_RADIUS_OVER_EINSTEIN_RADIUS * config.lens.einstein_radius_arcsec;

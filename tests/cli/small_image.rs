@@ -36,11 +36,8 @@ pub fn image(gamma_los: [f64; 2], number: u64) -> ImageFile {
     let camera = Instrument { pixel_scale_arcsec: 0.16, psf_fwhm_arcsec: 0.16, ..Instrument::default() };
     let lens = Epl::new(1.1, 2.1, [0.05, -0.08], [0.0, 0.0]).unwrap();
     let los = Tidal { gamma: Complex::new(gamma_los[0], gamma_los[1]), ..Tidal::NONE };
-    let mapping = TidalLens {
-        model: LineOfSightModel::Minimal { od: Tidal::NONE, los },
-        lenses: vec![MassModel::Epl(lens)],
-        time_delay_distance_mpc: f64::NAN,
-    };
+    let mapping =
+        TidalLens::new(LineOfSightModel::Minimal { od: Tidal::NONE, los }, vec![MassModel::Epl(lens)]);
     let source = Sersic::with_flux(camera.flux_e_s(23.0), 0.3, 1.0, [0.0; 2], [0.05, 0.03]).unwrap();
     let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
     let grid = SkyGrid::new(SIDE, camera.pixel_scale_arcsec).unwrap();

@@ -103,7 +103,7 @@ fn lens(rng: &mut ChaCha8Rng) -> (TidalLens, [f64; 2]) {
     let lens = TidalLens {
         model: LineOfSightModel::EMPTY,
         lenses: vec![MassModel::Epl(epl), MassModel::External(shear)],
-        time_delay_distance_mpc: 3000.0,
+        time_delay_distance_mpc: Some(3000.0),
     };
     (lens, centre)
 }

@@ -20,11 +20,8 @@ fn every_image_of_lenstronomy_is_found() {
         let at = |name: &str| column(name)[i];
         let epl = Epl::new(1.0, at("slope"), [at("e1"), at("e2")], [0.0; 2]).unwrap();
         let shear = External::new(0.0, [at("gamma1"), at("gamma2")], [0.0; 4], [0.0; 2]).unwrap();
-        let lens = TidalLens {
-            model: LineOfSightModel::EMPTY,
-            lenses: vec![MassModel::Epl(epl), MassModel::External(shear)],
-            time_delay_distance_mpc: f64::NAN,
-        };
+        let lens =
+            TidalLens::new(LineOfSightModel::EMPTY, vec![MassModel::Epl(epl), MassModel::External(shear)]);
         let window = SkyWindow::about_axis(4.0, lens.lens_centres_arcsec()).unwrap();
         let found = PointImages::of(&lens, &window, [at("source_x"), at("source_y")]);
         assert!(found.is_complete(), "row {i}: {found:?}");

@@ -68,7 +68,7 @@ impl Case {
         ];
         let planes = GeneralMultiPlane::new(&background, z_source, &profiles).unwrap();
         let model = tidal_model(&near, chi_lens, &far, chi_source);
-        let time_delay_distance_mpc = chi_lens * chi_source / (chi_source - chi_lens);
+        let time_delay_distance_mpc = Some(chi_lens * chi_source / (chi_source - chi_lens));
         let tidal = TidalLens { model, lenses: vec![MassModel::Epl(lens.clone())], time_delay_distance_mpc };
         Self { near, chi_lens, lens, far, chi_source, tidal, planes }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ensemble::Ensembles;
+use super::ensemble::{Ensembles, Move};
 use super::nested::Nested;
 use super::nuts::Nuts;
 use super::problem::Problem;
@@ -27,10 +27,10 @@ impl AnySampler {
             SamplerSettings::Nuts(nuts) => Self::Nuts(Nuts::start(*nuts, seed, problem)?),
             SamplerSettings::Valley(valley) => Self::Valley(Box::new(Valley::start(*valley, seed, problem)?)),
             SamplerSettings::EnsembleSlice(slice) => {
-                Self::Ensemble(Ensembles::start(slice.plan(), "ensemble-slice", seed, problem)?)
+                Self::Ensemble(Ensembles::start((*slice, Move::Slice), seed, problem)?)
             }
             SamplerSettings::Stretch(stretch) => {
-                Self::Ensemble(Ensembles::start(stretch.plan()?, "stretch", seed, problem)?)
+                Self::Ensemble(Ensembles::start(stretch.parts(), seed, problem)?)
             }
             SamplerSettings::Nested(nested) => Self::Nested(Nested::start(*nested, seed, problem)?),
         })
@@ -41,9 +41,11 @@ impl AnySampler {
         match (self, settings) {
             (Self::Nuts(own), SamplerSettings::Nuts(nuts)) => own.settings == *nuts,
             (Self::Valley(own), SamplerSettings::Valley(valley)) => own.settings == *valley,
-            (Self::Ensemble(own), SamplerSettings::EnsembleSlice(slice)) => own.plan == slice.plan(),
+            (Self::Ensemble(own), SamplerSettings::EnsembleSlice(slice)) => {
+                (own.settings, own.step) == (*slice, Move::Slice)
+            }
             (Self::Ensemble(own), SamplerSettings::Stretch(stretch)) => {
-                stretch.plan().is_ok_and(|plan| own.plan == plan)
+                (own.settings, own.step) == stretch.parts()
             }
             (Self::Nested(own), SamplerSettings::Nested(nested)) => own.settings == *nested,
             _ => false,

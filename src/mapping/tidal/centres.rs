@@ -43,7 +43,7 @@ mod tests {
             (LineOfSightModel::Flexion(flexed), 2),
             (LineOfSightModel::EMPTY, 1),
         ] {
-            let lens = TidalLens { model, lenses: lenses.clone(), time_delay_distance_mpc: f64::NAN };
+            let lens = TidalLens::new(model, lenses.clone());
             let seen = lens.lens_centres_arcsec();
             assert_eq!(seen.len(), number);
             let miss = |theta: &[f64; 2]| {

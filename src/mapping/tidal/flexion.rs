@@ -197,8 +197,7 @@ mod tests {
     }
 
     fn ray(model: &FlexionModel, theta: [f64; 2]) -> Jet {
-        let model = LineOfSightModel::Flexion(*model);
-        TidalLens { model, lenses: lens().to_vec(), time_delay_distance_mpc: f64::NAN }.ray(theta)
+        TidalLens::new(LineOfSightModel::Flexion(*model), lens().to_vec()).ray(theta)
     }
 
     /// |∇φ − Ãᵀ∂φ/∂β̃| in arcsec, ∇φ by differences.

@@ -110,72 +110,29 @@ impl LineOfSightKind {
         }
     }
 
-    /// For each number of the full or flexion model, the number of this model that it stands for and its sign.
-    pub(super) fn roles(self) -> &'static [(usize, f64)] {
+    /// For each number of the full or flexion model, the number of this model that it stands for; see [`Self::turns`].
+    pub(super) fn roles(self) -> &'static [usize] {
         /// od, os := los, ds := odᵀ.
-        const MINIMAL_ROLES: [(usize, f64); 12] = [
-            (0, 1.0),
-            (1, 1.0),
-            (2, 1.0),
-            (3, 1.0),
-            (4, 1.0),
-            (5, 1.0),
-            (6, 1.0),
-            (7, 1.0),
-            (0, 1.0),
-            (1, 1.0),
-            (2, 1.0),
-            (3, -1.0),
-        ];
+        const MINIMAL: [usize; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3];
         /// od, os := los, ds := od, flexions od, os := los, 1ds := 1los, 2ds := od.
-        const FLEXION_MINIMAL_ROLES: [(usize, f64); 26] = [
-            (0, 1.0),
-            (1, 1.0),
-            (2, 1.0),
-            (3, 1.0),
-            (4, 1.0),
-            (5, 1.0),
-            (6, 1.0),
-            (0, 1.0),
-            (1, 1.0),
-            (2, 1.0),
-            (7, 1.0),
-            (8, 1.0),
-            (9, 1.0),
-            (10, 1.0),
-            (11, 1.0),
-            (12, 1.0),
-            (13, 1.0),
-            (14, 1.0),
-            (15, 1.0),
-            (16, 1.0),
-            (17, 1.0),
-            (18, 1.0),
-            (7, 1.0),
-            (8, 1.0),
-            (9, 1.0),
-            (10, 1.0),
-        ];
-        const OWN: [(usize, f64); 26] = own_roles();
+        const FLEXION_MINIMAL: [usize; 26] =
+            [0, 1, 2, 3, 4, 5, 6, 0, 1, 2, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 7, 8, 9, 10];
+        const OWN: [usize; 26] =
+            [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25];
         match self {
             Self::None => &[],
             Self::Full => OWN.split_at(12).0,
-            Self::Minimal | Self::Haloes => &MINIMAL_ROLES,
+            Self::Minimal | Self::Haloes => &MINIMAL,
             Self::Flexion => &OWN,
-            Self::FlexionMinimal => &FLEXION_MINIMAL_ROLES,
+            Self::FlexionMinimal => &FLEXION_MINIMAL,
         }
     }
-}
 
-/// Every number stands for itself.
-const fn own_roles() -> [(usize, f64); 26] {
-    let mut roles = [(0, 1.0); 26];
-    let mut i = 0;
-    while i < 26 {
-        roles[i].0 = i;
-        i += 1;
+    /// Whether that number of the full model stands for the negative of its role: ω_ds := −ω_od in the minimal model.
+    #[inline(always)]
+    pub(super) fn turns(self, number: usize) -> bool {
+        matches!(self, Self::Minimal | Self::Haloes) && number == 11
     }
-    roles
 }
 
 fn tidal(kappa: f64, gamma1: f64, gamma2: f64, omega: f64) -> Tidal {

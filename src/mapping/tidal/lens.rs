@@ -19,11 +19,16 @@ pub struct TidalLens {
     pub model: LineOfSightModel,
     /// The main lens: its profiles add up.
     pub lenses: Vec<MassModel>,
-    /// D_Δt = χ_d χ_s/(χ_s − χ_d) in Mpc, for delays; not a number when no redshifts are known.
-    pub time_delay_distance_mpc: f64,
+    /// D_Δt = χ_d χ_s/(χ_s − χ_d) in Mpc, for delays; `None` where no redshifts are known.
+    pub time_delay_distance_mpc: Option<f64>,
 }
 
 impl TidalLens {
+    /// A lens of which no redshifts are known.
+    pub fn new(model: LineOfSightModel, lenses: Vec<MassModel>) -> Self {
+        Self { model, lenses, time_delay_distance_mpc: None }
+    }
+
     /// β of a ray as a function of its direction.
     pub(super) fn ray(&self, [x, y]: [f64; 2]) -> Jet {
         let (equation, theta) = (Equation::of(&self.model), Jet::theta(x, y));
@@ -60,9 +65,10 @@ impl Mapping for TidalLens {
         Ok(rays)
     }
 
-    /// D_Δt/c times the Fermat potential of each ray at its own β.
+    /// D_Δt/c times the Fermat potential of each ray at its own β; not a number where no redshifts are known.
     fn delay_days(&self, theta_arcsec: &[[f64; 2]]) -> Vec<f64> {
-        let days = self.time_delay_distance_mpc * MPC_OVER_C_DAYS * ARCSEC_RAD * ARCSEC_RAD;
+        let days =
+            self.time_delay_distance_mpc.unwrap_or(f64::NAN) * MPC_OVER_C_DAYS * ARCSEC_RAD * ARCSEC_RAD;
         theta_arcsec.par_iter().map(|&theta| self.ray_fermat_arcsec2(theta) * days).collect()
     }
 }
@@ -85,7 +91,7 @@ mod tests {
     }
 
     fn through(model: LineOfSightModel) -> TidalLens {
-        TidalLens { model, lenses: lens(), time_delay_distance_mpc: 3000.0 }
+        TidalLens::new(model, lens())
     }
 
     fn tidal(v: [f64; 4]) -> Tidal {

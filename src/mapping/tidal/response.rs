@@ -13,7 +13,7 @@ use crate::mapping::{HaloBlock, Rays};
 use crate::numerics::complex::Cx;
 use crate::numerics::dispatch::fit_kernel;
 use crate::numerics::real::{LANES, Lanes};
-use crate::profile::mass::{MOST_PARAMETERS, MassModel, MassProfile, Response};
+use crate::profile::mass::{MOST_PARAMETERS, MassModel, Response};
 
 type C = Cx<Lanes>;
 
@@ -118,8 +118,8 @@ impl<'a> LensResponse<'a> {
             Equation::Flexion(model) => self.respond_flexion(model, theta, &mut own, by_lens),
         };
         by_number.fill(C::zero());
-        for (own, &(number, sign)) in own.iter().zip(self.kind.roles()) {
-            by_number[number] += *own * sign;
+        for (i, &number) in self.kind.roles().iter().enumerate() {
+            by_number[number] += own[i] * if self.kind.turns(i) { -1.0 } else { 1.0 };
         }
         beta
     }
@@ -252,9 +252,7 @@ mod tests {
                 let n = kind.parameters().len();
                 let parameters = [&numbers[..n], &LENSES].concat();
                 let beta = |p: &[f64], component: usize| {
-                    let mapping = TidalLens {
-                        model: kind.build(&p[..n]), lenses: lenses(&p[n..]), time_delay_distance_mpc: f64::NAN,
-                    };
+                    let mapping = TidalLens::new(kind.build(&p[..n]), lenses(&p[n..]));
                     mapping.map(&[[x, y]], Order::Position).beta_arcsec[0][component]
                 };
                 let lenses = lenses(&LENSES);

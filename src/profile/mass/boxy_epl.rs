@@ -151,10 +151,6 @@ impl MassProfile for BoxyEpl {
         let g = at.square * (at.n * (at.kappa / at.radius) - f);
         [xxx + 3.0 * f.re + g.re, xxy + f.im + g.im, xyy + f.re - g.re, yyy + 3.0 * f.im - g.im]
     }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        Self::PARAMETERS
-    }
 }
 
 impl Described for BoxyEpl {
@@ -181,24 +177,7 @@ impl Described for BoxyEpl {
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-
-    use super::super::derivative_checks::assert_consistent;
     use super::*;
-
-    /// Richardson differences with a step of 1% of the radius.
-    const DIFFERENCES: f64 = 2e-8;
-
-    proptest! {
-        #[test]
-        fn derivatives_are_consistent(
-            slope in 1.2..2.8_f64, e1 in -0.4..0.4_f64, e2 in -0.4..0.4_f64, a4_a in -0.1..0.1_f64,
-            r in 0.1..4.0_f64, phi in 0.0..std::f64::consts::TAU,
-        ) {
-            let lens = BoxyEpl::new(1.3, slope, [e1, e2], a4_a, [0.1, -0.05]).unwrap();
-            assert_consistent(&lens, 0.1 + r * phi.cos(), -0.05 + r * phi.sin(), 0.01 * r, DIFFERENCES);
-        }
-    }
 
     #[test]
     fn without_multipole_it_is_the_power_law() {

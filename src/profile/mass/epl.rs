@@ -197,10 +197,6 @@ impl MassProfile for Epl {
         // ∂xκ = 2Re F, ∂yκ = 2Im F; ∂xγ = F + G, ∂yγ = i(F − G).
         [3.0 * f.re + g.re, f.im + g.im, f.re - g.re, 3.0 * f.im - g.im]
     }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        Self::PARAMETERS
-    }
 }
 
 impl Described for Epl {
@@ -230,38 +226,10 @@ impl Described for Epl {
 
 #[cfg(test)]
 mod tests {
-    use super::super::derivative_checks::{assert_consistent, assert_parameter_derivatives};
     use super::*;
-    use proptest::prelude::*;
-
-    /// Richardson differences with a step of 1% of the radius.
-    const DIFFERENCES: f64 = 2e-8;
-
-    proptest! {
-        #[test]
-        fn derivatives_are_consistent(
-            slope in 1.2..2.8_f64, e1 in -0.4..0.4_f64, e2 in -0.4..0.4_f64,
-            r in 0.05..5.0_f64, phi in 0.0..std::f64::consts::TAU,
-        ) {
-            let lens = Epl::new(1.3, slope, [e1, e2], [0.1, -0.05]).unwrap();
-            assert_consistent(&lens, 0.1 + r * phi.cos(), -0.05 + r * phi.sin(), 0.01 * r, DIFFERENCES);
-        }
-    }
 
     fn build(p: &[f64]) -> Epl {
         Epl::new(p[0], p[1], [p[2], p[3]], [p[4], p[5]]).unwrap()
-    }
-
-    proptest! {
-        #[test]
-        fn parameter_derivatives_are_those_of_the_deflection(
-            slope in 1.1..2.9_f64, e1 in -0.4..0.4_f64, e2 in -0.4..0.4_f64,
-            r in 0.1..4.0_f64, phi in 0.0..std::f64::consts::TAU,
-        ) {
-            let at = [0.1 + r * phi.cos(), -0.05 + r * phi.sin()];
-            assert_parameter_derivatives(build, &[1.3, slope, e1, e2, 0.1, -0.05], at, DIFFERENCES);
-            assert_parameter_derivatives(build, &[1.3, slope, 0.0, 0.0, 0.1, -0.05], at, DIFFERENCES);
-        }
     }
 
     #[test]

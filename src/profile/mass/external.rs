@@ -101,10 +101,6 @@ impl MassProfile for External {
     fn third_derivatives(&self, _: f64, _: f64) -> [f64; 4] {
         self.third_per_arcsec
     }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        Self::PARAMETERS
-    }
 }
 
 /// First coordinate of the origin of an external field.
@@ -136,17 +132,5 @@ impl Described for External {
     fn of_parameters(values: &[f64]) -> Result<Self> {
         let [kappa, gamma1, gamma2, g1, g2, g3, g4, x, y] = exactly(values)?;
         Self::new(kappa, [gamma1, gamma2], [g1, g2, g3, g4], [x, y])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::derivative_checks::assert_consistent;
-    use super::*;
-
-    #[test]
-    fn derivatives_are_consistent() {
-        let field = External::new(0.05, [0.02, -0.04], [0.01, -0.02, 0.03, 0.005], [0.2, -0.1]).unwrap();
-        assert_consistent(&field, 1.3, -0.7, 0.1, 1e-11);
     }
 }

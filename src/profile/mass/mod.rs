@@ -1,6 +1,8 @@
 //! Mass profiles: potential ψ, deflection α = ∇ψ, Hessian and third derivatives, all analytic.
 
 mod boxy_epl;
+#[cfg(test)]
+pub(crate) mod derivative_checks;
 mod einstein_radius;
 mod epl;
 mod external;
@@ -19,7 +21,6 @@ pub use boxy_epl::BoxyEpl;
 pub use einstein_radius::{einstein_radius_arcsec, mean_convergence};
 pub use epl::Epl;
 pub use external::External;
-pub use models::{MASSES, MassModel};
 pub use nfw::Nfw;
 pub use point_mass::PointMass;
 pub use polar_shear::PolarShear;
@@ -31,80 +32,36 @@ pub use response::{Responses, deflections, responses};
 pub use sersic::SersicMass;
 pub use truncated_nfw::{TruncatedNfw, potential as truncated_potential, truncated};
 
-#[cfg(test)]
-pub(crate) mod derivative_checks {
-    //! Finite-difference checks shared by the tests of all mass profiles.
-    use super::MassProfile;
-    use crate::numerics::complex::Cx;
-    use crate::profile::parameter::Parameter;
+use self::models::mass_models;
+use self::profile::{each_lane, kernels};
+use crate::numerics::complex::Cx;
+use crate::numerics::real::{Lanes, Real};
+use crate::profile::parameter::{Description, Parameter};
 
-    /// Each ∂α/∂p against differences of the profiles that `build` makes of parameters, to `relative` of the largest.
-    pub fn assert_parameter_derivatives<P: MassProfile>(
-        build: impl Fn(&[f64]) -> P,
-        parameters: &[f64],
-        [x, y]: [f64; 2],
-        relative: f64,
-    ) {
-        let profile = build(parameters);
-        let names = profile.parameters();
-        assert_eq!(names.len(), parameters.len());
-        let mut got = vec![Cx::new(0.0, 0.0); names.len()];
-        profile.respond(x, y, &mut got);
-        for (i, Parameter { name, .. }) in names.iter().enumerate() {
-            let step = 1e-2 * parameters[i].abs().clamp(0.02, 1.0);
-            let want = [0, 1].map(|c| {
-                derivative(
-                    |p| {
-                        let mut moved = parameters.to_vec();
-                        moved[i] = p;
-                        build(&moved).deflection(x, y)[c]
-                    },
-                    parameters[i],
-                    step,
-                )
-            });
-            // Rounding alone makes differences of a few 1e-12.
-            let scale = want[0].hypot(want[1]).max(1e-4);
-            for (got, want) in [(got[i].re, want[0]), (got[i].im, want[1])] {
-                assert!(
-                    (got - want).abs() <= relative * scale,
-                    "∂α/∂{name} at ({x}, {y}) of {parameters:?}: {got:e}, differences {want:e}"
-                );
-            }
-        }
-    }
-
-    /// Richardson-extrapolated central difference of `f` at `x`: error O(h⁶).
-    pub fn derivative(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
-        let d = |h: f64| (f(x + h) - f(x - h)) / (2.0 * h);
-        let (d1, d2, d4) = (d(h), d(h / 2.0), d(h / 4.0));
-        let (r1, r2) = ((4.0 * d2 - d1) / 3.0, (4.0 * d4 - d2) / 3.0);
-        (16.0 * r2 - r1) / 15.0
-    }
-
-    /// α = ∇ψ, H = ∂α, T = ∂H at (x, y), each to `relative` of the largest component.
-    pub fn assert_consistent(profile: &impl MassProfile, x: f64, y: f64, step: f64, relative: f64) {
-        let check = |name: &str, got: f64, want: f64, scale: f64| {
-            assert!(
-                (got - want).abs() <= relative * scale,
-                "{name} at ({x}, {y}): {got:e}, differences {want:e}"
-            );
-        };
-        let alpha = profile.deflection(x, y);
-        let scale = alpha[0].hypot(alpha[1]).max(1e-300);
-        check("α_x", alpha[0], derivative(|x| profile.potential(x, y), x, step), scale);
-        check("α_y", alpha[1], derivative(|y| profile.potential(x, y), y, step), scale);
-        let h = profile.hessian(x, y);
-        let scale = h.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        check("ψ_xx", h[0], derivative(|x| profile.deflection(x, y)[0], x, step), scale);
-        check("ψ_xy", h[1], derivative(|y| profile.deflection(x, y)[0], y, step), scale);
-        check("ψ_yx", h[1], derivative(|x| profile.deflection(x, y)[1], x, step), scale);
-        check("ψ_yy", h[2], derivative(|y| profile.deflection(x, y)[1], y, step), scale);
-        let t = profile.third_derivatives(x, y);
-        let scale = t.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        check("ψ_xxx", t[0], derivative(|x| profile.hessian(x, y)[0], x, step), scale);
-        check("ψ_xxy", t[1], derivative(|y| profile.hessian(x, y)[0], y, step), scale);
-        check("ψ_xyy", t[2], derivative(|y| profile.hessian(x, y)[1], y, step), scale);
-        check("ψ_yyy", t[3], derivative(|y| profile.hessian(x, y)[2], y, step), scale);
-    }
+mass_models! {
+    /// Elliptical power law.
+    Epl(Epl) in kernels;
+    /// Elliptical power law with boxy or disky contours.
+    BoxyEpl(BoxyEpl) in each_lane;
+    /// Navarro–Frenk–White halo.
+    Nfw(Nfw) in kernels;
+    /// Truncated NFW halo.
+    TruncatedNfw(TruncatedNfw) in each_lane;
+    /// Sérsic profile of the convergence.
+    Sersic(SersicMass) in kernels;
+    /// Point mass.
+    PointMass(PointMass) in each_lane;
+    /// Convergence, shear and flexion from outside.
+    External(External) in each_lane;
+    /// Shear from outside by strength and direction.
+    PolarShear(PolarShear) in each_lane;
 }
+
+// Every profile has room for its parameters.
+const _: () = {
+    let mut i = 0;
+    while i < MASSES.len() {
+        assert!(MASSES[i].parameters.len() <= MOST_PARAMETERS);
+        i += 1;
+    }
+};

@@ -1,18 +1,9 @@
-//! The closed list of mass profiles.
+//! What makes one model of the closed list out of every mass profile.
 
-use super::profile::{MOST_PARAMETERS, deflect_each_lane, deflect_lanes, respond_each_lane, respond_lanes};
-use super::{
-    BoxyEpl, Described, Epl, External, MassProfile, Nfw, PointMass, PolarShear, Response, SersicMass,
-    TruncatedNfw,
-};
-use crate::numerics::complex::Cx;
-use crate::numerics::real::{Lanes, Real};
-use crate::profile::parameter::{Description, Parameter};
-
-/// The closed list of mass profiles: each line makes a model of [`MassModel`] and an entry of the registry, and says which
-/// functions evaluate it in lanes.
+/// The closed list of mass profiles: each line makes a model of `MassModel` and an entry of the registry, and says how it
+/// is evaluated in lanes: by `kernels` of its own, or by `each_lane` in turn.
 macro_rules! mass_models {
-    ($($(#[$doc:meta])* $model:ident($profile:ty): $deflect:ident, $respond:ident;)*) => {
+    ($($(#[$doc:meta])* $model:ident($profile:ty) in $lanes:ident;)*) => {
         /// Every mass profile that can stand in a lens plane.
         #[derive(Debug, Clone)]
         pub enum MassModel {
@@ -32,14 +23,19 @@ macro_rules! mass_models {
                 match self { $(Self::$model(profile) => profile.centre_arcsec(),)* }
             }
 
+            /// The parameters; the centre comes last.
+            pub fn parameters(&self) -> &'static [Parameter] {
+                match self { $(Self::$model(_) => <$profile>::PARAMETERS,)* }
+            }
+
             /// Deflection in every lane.
             pub(crate) fn deflection_lanes(&self, x: Lanes, y: Lanes) -> Cx<Lanes> {
-                match self { $(Self::$model(profile) => $deflect(profile, &x, &y),)* }
+                match self { $(Self::$model(profile) => $lanes::deflect(profile, &x, &y),)* }
             }
 
             /// Deflection, convergence, shear and parameter derivatives in every lane.
             pub(crate) fn response_lanes(&self, x: Lanes, y: Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
-                match self { $(Self::$model(profile) => $respond(profile, &x, &y, by_parameter),)* }
+                match self { $(Self::$model(profile) => $lanes::respond(profile, &x, &y, by_parameter),)* }
             }
         }
 
@@ -63,38 +59,8 @@ macro_rules! mass_models {
             fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
                 match self { $(Self::$model(profile) => profile.third_derivatives(x, y),)* }
             }
-
-            fn parameters(&self) -> &'static [Parameter] {
-                match self { $(Self::$model(profile) => profile.parameters(),)* }
-            }
         }
     };
 }
 
-mass_models! {
-    /// Elliptical power law.
-    Epl(Epl): deflect_lanes, respond_lanes;
-    /// Elliptical power law with boxy or disky contours.
-    BoxyEpl(BoxyEpl): deflect_each_lane, respond_each_lane;
-    /// Navarro–Frenk–White halo.
-    Nfw(Nfw): deflect_lanes, respond_lanes;
-    /// Truncated NFW halo.
-    TruncatedNfw(TruncatedNfw): deflect_each_lane, respond_each_lane;
-    /// Sérsic profile of the convergence.
-    Sersic(SersicMass): deflect_lanes, respond_lanes;
-    /// Point mass.
-    PointMass(PointMass): deflect_each_lane, respond_each_lane;
-    /// Convergence, shear and flexion from outside.
-    External(External): deflect_each_lane, respond_each_lane;
-    /// Shear from outside by strength and direction.
-    PolarShear(PolarShear): deflect_each_lane, respond_each_lane;
-}
-
-// Every profile has room for its parameters.
-const _: () = {
-    let mut i = 0;
-    while i < MASSES.len() {
-        assert!(MASSES[i].parameters.len() <= MOST_PARAMETERS);
-        i += 1;
-    }
-};
+pub(super) use mass_models;

@@ -64,17 +64,3 @@ impl PointMass {
         Self::round(law, einstein_radius_arcsec, 1.0, centre_arcsec)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::derivative_checks::assert_consistent;
-    use super::*;
-
-    #[test]
-    fn derivatives_are_consistent() {
-        let lens = PointMass::new(1.2, [0.1, 0.0]).unwrap();
-        for (x, y) in [(0.5, 0.2), (-2.0, 1.0), (0.1, -0.4)] {
-            assert_consistent(&lens, x, y, 0.01, 1e-9);
-        }
-    }
-}

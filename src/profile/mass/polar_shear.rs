@@ -58,10 +58,6 @@ impl MassProfile for PolarShear {
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
         self.field.third_derivatives(x, y)
     }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        Self::PARAMETERS
-    }
 }
 
 impl Described for PolarShear {

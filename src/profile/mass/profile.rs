@@ -15,15 +15,13 @@ pub trait MassProfile: Sync + Sized {
     fn potential(&self, x_arcsec: f64, y_arcsec: f64) -> f64;
     /// Reduced deflection ∂ψ/∂x + i∂ψ/∂y in arcsec, of one point or of one a lane.
     fn deflect<R: Real>(&self, x_arcsec: R, y_arcsec: R) -> Cx<R>;
-    /// Deflection, convergence and shear, with the derivatives of the deflection by each of [`Self::parameters`], whose
-    /// number is the length of `by_parameter`.
+    /// Deflection, convergence and shear, with the derivatives of the deflection by each of its parameters
+    /// ([`Described::PARAMETERS`]), whose number is the length of `by_parameter`.
     fn respond<R: Real>(&self, x_arcsec: R, y_arcsec: R, by_parameter: &mut [Cx<R>]) -> Response<R>;
     /// Hessian (ψ_xx, ψ_xy, ψ_yy).
     fn hessian(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 3];
     /// Third derivatives (ψ_xxx, ψ_xxy, ψ_xyy, ψ_yyy) per arcsec.
     fn third_derivatives(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 4];
-    /// The parameters; the centre comes last.
-    fn parameters(&self) -> &'static [Parameter];
 
     /// Reduced deflection (∂ψ/∂x, ∂ψ/∂y) in arcsec.
     fn deflection(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 2] {
@@ -36,7 +34,7 @@ pub trait MassProfile: Sync + Sized {
 pub trait Described: MassProfile {
     /// lenstronomy's names for it.
     const NAMES: &'static [Name];
-    /// Its parameters.
+    /// Its parameters; the centre comes last.
     const PARAMETERS: &'static [Parameter];
 
     /// The profile of as many values as it has parameters.
@@ -82,52 +80,59 @@ impl<R: Real> Response<R> {
     }
 }
 
-// Compiled once for each instruction set and profile that fits are fast for, and called once for all lanes.
-fit_kernel! {
-    pub(super) fn deflect_lanes<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
-        lens.deflect(*x, *y)
+/// Compiled once for each instruction set and profile that fits are fast for, and called once for all lanes.
+pub(super) mod kernels {
+    use super::*;
+
+    fit_kernel! {
+        pub fn deflect<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
+            lens.deflect(*x, *y)
+        }
+    }
+
+    fit_kernel! {
+        pub fn respond<P: MassProfile>(
+            lens: &P,
+            x: &Lanes,
+            y: &Lanes,
+            by_parameter: &mut [Cx<Lanes>],
+        ) -> Response<Lanes> {
+            lens.respond(*x, *y, by_parameter)
+        }
     }
 }
 
-fit_kernel! {
-    pub(super) fn respond_lanes<P: MassProfile>(
+/// Lane by lane, with the same bits: for profiles that are not worth the time of compiling them for every instruction set.
+pub(super) mod each_lane {
+    use super::*;
+
+    pub fn deflect<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
+        let mut alpha = Cx::<Lanes>::zero();
+        for i in 0..LANES {
+            [alpha.re.0[i], alpha.im.0[i]] = lens.deflection(x.0[i], y.0[i]);
+        }
+        alpha
+    }
+
+    pub fn respond<P: MassProfile>(
         lens: &P,
         x: &Lanes,
         y: &Lanes,
         by_parameter: &mut [Cx<Lanes>],
     ) -> Response<Lanes> {
-        lens.respond(*x, *y, by_parameter)
-    }
-}
-
-/// Lane by lane, with the same bits: for profiles that are not worth the time of compiling them for every instruction set.
-pub(super) fn deflect_each_lane<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
-    let mut alpha = Cx::<Lanes>::zero();
-    for i in 0..LANES {
-        [alpha.re.0[i], alpha.im.0[i]] = lens.deflection(x.0[i], y.0[i]);
-    }
-    alpha
-}
-
-/// As [`deflect_each_lane`].
-pub(super) fn respond_each_lane<P: MassProfile>(
-    lens: &P,
-    x: &Lanes,
-    y: &Lanes,
-    by_parameter: &mut [Cx<Lanes>],
-) -> Response<Lanes> {
-    let mut all = Response { deflection: Cx::zero(), convergence: Lanes::ZERO, shear: Cx::zero() };
-    let mut own = [Cx::zero(); MOST_PARAMETERS];
-    let own = &mut own[..by_parameter.len()];
-    for i in 0..LANES {
-        let response = lens.respond(x.0[i], y.0[i], own);
-        all.convergence.0[i] = response.convergence;
-        let columns = [&mut all.deflection, &mut all.shear].into_iter().chain(&mut *by_parameter);
-        for (column, own) in columns.zip([response.deflection, response.shear].iter().chain(&*own)) {
-            (column.re.0[i], column.im.0[i]) = (own.re, own.im);
+        let mut all = Response { deflection: Cx::zero(), convergence: Lanes::ZERO, shear: Cx::zero() };
+        let mut own = [Cx::zero(); MOST_PARAMETERS];
+        let own = &mut own[..by_parameter.len()];
+        for i in 0..LANES {
+            let response = lens.respond(x.0[i], y.0[i], own);
+            all.convergence.0[i] = response.convergence;
+            let columns = [&mut all.deflection, &mut all.shear].into_iter().chain(&mut *by_parameter);
+            for (column, own) in columns.zip([response.deflection, response.shear].iter().chain(&*own)) {
+                (column.re.0[i], column.im.0[i]) = (own.re, own.im);
+            }
         }
+        all
     }
-    all
 }
 
 /// Room for the parameters of any profile.

@@ -183,10 +183,6 @@ impl<L: RadialLaw> MassProfile for Radial<L> {
             sum
         })
     }
-
-    fn parameters(&self) -> &'static [Parameter] {
-        L::PARAMETERS
-    }
 }
 
 impl<L: RadialLaw> Described for Radial<L> {

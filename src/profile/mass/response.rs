@@ -1,6 +1,6 @@
 //! Deflections of many points at once, and their response to the parameters of a lens.
 
-use super::{MOST_PARAMETERS, MassModel, MassProfile};
+use super::{MOST_PARAMETERS, MassModel};
 use crate::numerics::complex::Cx;
 use crate::numerics::real::{LANES, Lanes};
 
@@ -27,12 +27,8 @@ impl Responses {
 /// Deflections (α_x, α_y) of `lens` at the points (x, y), lanes at a time, written over `out`.
 pub fn deflections(lens: &MassModel, x_arcsec: &[f64], y_arcsec: &[f64], out: &mut [Vec<f64>; 2]) {
     out.iter_mut().for_each(|column| column.resize(x_arcsec.len(), 0.0));
-    deflect_all(lens, x_arcsec, y_arcsec, out);
-}
-
-fn deflect_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut [Vec<f64>; 2]) {
-    for start in (0..x.len()).step_by(LANES) {
-        let alpha = lens.deflection_lanes(Lanes::load(x, start), Lanes::load(y, start));
+    for start in (0..x_arcsec.len()).step_by(LANES) {
+        let alpha = lens.deflection_lanes(Lanes::load(x_arcsec, start), Lanes::load(y_arcsec, start));
         alpha.re.store(&mut out[0], start);
         alpha.im.store(&mut out[1], start);
     }
@@ -41,14 +37,11 @@ fn deflect_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut [Vec<f64>; 2]) 
 /// Deflection, Hessian and parameter derivatives of `lens` at the points (x, y), lanes at a time, written over `out`.
 pub fn responses(lens: &MassModel, x_arcsec: &[f64], y_arcsec: &[f64], out: &mut Responses) {
     out.resize(x_arcsec.len(), lens.parameters().len());
-    respond_all(lens, x_arcsec, y_arcsec, out);
-}
-
-fn respond_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut Responses) {
     let mut by_parameter = [Cx::<Lanes>::zero(); MOST_PARAMETERS];
     let by_parameter = &mut by_parameter[..out.by_parameter.len()];
-    for start in (0..x.len()).step_by(LANES) {
-        let response = lens.response_lanes(Lanes::load(x, start), Lanes::load(y, start), by_parameter);
+    for start in (0..x_arcsec.len()).step_by(LANES) {
+        let (x, y) = (Lanes::load(x_arcsec, start), Lanes::load(y_arcsec, start));
+        let response = lens.response_lanes(x, y, by_parameter);
         response.deflection.re.store(&mut out.deflection_arcsec[0], start);
         response.deflection.im.store(&mut out.deflection_arcsec[1], start);
         for (column, h) in out.hessian.iter_mut().zip(response.hessian()) {
@@ -64,7 +57,7 @@ fn respond_all(lens: &MassModel, x: &[f64], y: &[f64], out: &mut Responses) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::profile::mass::MASSES;
+    use crate::profile::mass::{MASSES, MassProfile};
 
     #[test]
     fn many_points_at_once_have_the_bits_of_one_by_one() {

@@ -211,25 +211,3 @@ impl SersicMass {
         Self::round(law, radius_arcsec, k_eff, centre_arcsec)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::derivative_checks::assert_consistent;
-    use super::*;
-    use proptest::prelude::*;
-
-    /// Richardson differences with a step of 2% of the radius, and gamma_lr's 3e-14.
-    const DIFFERENCES: f64 = 1e-8;
-
-    proptest! {
-        #[test]
-        fn derivatives_are_consistent(
-            index in 0.5..8.0_f64, e1 in -0.3..0.3_f64, e2 in -0.3..0.3_f64,
-            r in 0.03..4.0_f64, phi in 0.0..std::f64::consts::TAU,
-        ) {
-            let round = SersicMass::new(0.4, 0.6, index, [0.05, 0.1]).unwrap();
-            let lens = round.with_elliptical_potential([e1, e2]).unwrap();
-            assert_consistent(&lens, 0.05 + r * phi.cos(), 0.1 + r * phi.sin(), 0.02 * r, DIFFERENCES);
-        }
-    }
-}

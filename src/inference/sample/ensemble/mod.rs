@@ -5,7 +5,7 @@
 //! flatter. The two crates that offer such moves (ganesh, hammer-and-sample) can be neither stopped and
 //! continued nor given our random streams.
 
-mod plan;
+mod moves;
 mod slice;
 mod stretch;
 
@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 pub use slice::EnsembleSliceSettings;
 pub use stretch::StretchSettings;
 
-use self::plan::{Move, Moved, Plan};
+pub(crate) use self::moves::Move;
+use self::moves::Moved;
 use super::chains::Chains;
 use super::point::Point;
 use super::problem::Problem;
@@ -28,7 +29,8 @@ use crate::numerics::random::{Stage, stream};
 /// Everything a block of steps starts from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ensembles {
-    pub plan: Plan,
+    pub settings: EnsembleSliceSettings,
+    pub step: Move,
     ensembles: Vec<Ensemble>,
 }
 
@@ -41,15 +43,19 @@ struct Ensemble {
 }
 
 impl Ensembles {
-    pub fn start(plan: Plan, name: &str, seed: u64, problem: &Problem) -> Result<Self> {
-        plan.check(name)?;
+    pub fn start(
+        (settings, step): (EnsembleSliceSettings, Move),
+        seed: u64,
+        problem: &Problem,
+    ) -> Result<Self> {
+        settings.check(step.checked_name()?)?;
         let whitening = problem.whitening()?;
-        let walkers = plan.walkers(problem.likelihood.dimension());
+        let walkers = settings.walkers(problem.likelihood.dimension());
         let point = |number: usize| {
             let mut rng = stream(seed, number as u64, Stage::Sampling, 0);
             // Whole ensembles start around one start point, so that R-hat sees whether they find the same
             // posterior.
-            let z = problem.scattered(number / walkers, plan.start_spread, &whitening, &mut rng)?;
+            let z = problem.scattered(number / walkers, settings.start_spread, &whitening, &mut rng)?;
             Ok(Point::new(problem.likelihood, z))
         };
         let ensemble = |first: usize| {
@@ -57,24 +63,24 @@ impl Ensembles {
             Ok(Ensemble { walkers: walkers?, length: 1.0 })
         };
         let ensembles: Result<Vec<Ensemble>> =
-            (0..plan.ensembles).map(|number| ensemble(number * walkers)).collect();
-        Ok(Self { plan, ensembles: ensembles? })
+            (0..settings.ensembles).map(|number| ensemble(number * walkers)).collect();
+        Ok(Self { settings, step, ensembles: ensembles? })
     }
 
     /// Whether the draws of that block are thrown away.
     fn is_warming_up(&self, block: u64) -> bool {
-        (block.saturating_sub(1) as usize) * self.plan.block_steps < self.plan.warmup_steps
+        (block.saturating_sub(1) as usize) * self.settings.block_steps < self.settings.warmup_steps
     }
 }
 
 impl Sampler for Ensembles {
     fn empty_chains(&self, dimension: usize) -> Chains {
-        let walkers = self.plan.walkers(dimension);
-        Chains::new(dimension, walkers * self.plan.ensembles, walkers)
+        let walkers = self.settings.walkers(dimension);
+        Chains::new(dimension, walkers * self.settings.ensembles, walkers)
     }
 
     fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
-        let (plan, tunes) = (self.plan, self.is_warming_up(block));
+        let (settings, move_of, tunes) = (self.settings, self.step, self.is_warming_up(block));
         let dimension = chains.dimension;
         let numbered = self.ensembles.par_iter_mut().enumerate();
         let drawn: Vec<Chains> = numbered
@@ -84,9 +90,9 @@ impl Sampler for Ensembles {
                     |walker: usize| stream(seed, (number * count + walker) as u64, Stage::Sampling, block);
                 let mut rngs: Vec<ChaCha8Rng> = (0..count).map(stream_of).collect();
                 let mut drawn = Chains::new(dimension, count, count);
-                for step in (1..=plan.block_steps).take_while(|_| !likelihood.is_cancelled()) {
-                    ensemble.step(likelihood, plan.step, tunes, &mut rngs);
-                    if !tunes && step % plan.thin == 0 {
+                for step in (1..=settings.block_steps).take_while(|_| !likelihood.is_cancelled()) {
+                    ensemble.step(likelihood, move_of, tunes, &mut rngs);
+                    if !tunes && step % settings.thin == 0 {
                         let walkers = ensemble.walkers.iter().zip(&mut drawn.chains);
                         walkers.for_each(|(point, chain)| chain.push(&point.z, point.log_likelihood));
                     }
@@ -99,16 +105,16 @@ impl Sampler for Ensembles {
     }
 
     fn max_draws(&self) -> Option<usize> {
-        Some(self.plan.max_steps.div_ceil(self.plan.thin))
+        Some(self.settings.max_steps.div_ceil(self.settings.thin))
     }
 
     fn fits(&self, dimension: usize) -> bool {
-        let walkers = self.plan.walkers(dimension);
+        let walkers = self.settings.walkers(dimension);
         let of_walkers = |ensemble: &Ensemble| {
             ensemble.walkers.len() == walkers
                 && ensemble.walkers.iter().all(|point| point.z.len() == dimension)
         };
-        self.ensembles.len() == self.plan.ensembles && self.ensembles.iter().all(of_walkers)
+        self.ensembles.len() == self.settings.ensembles && self.ensembles.iter().all(of_walkers)
     }
 }
 

@@ -5,7 +5,8 @@ use rand_distr::{Distribution, Exp1};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::plan::{Move, Moved, Plan, pick};
+use super::moves::{Moved, pick};
+use crate::error::{Domain, Error, Result};
 use crate::inference::LatentLikelihood;
 use crate::inference::sample::point::Point;
 
@@ -46,18 +47,33 @@ impl Default for EnsembleSliceSettings {
     }
 }
 
+/// Walkers of an ensemble in however few dimensions: a half of 8 spans 28 directions.
+const LEAST_WALKERS: usize = 16;
+
 impl EnsembleSliceSettings {
-    pub(in crate::inference) fn plan(&self) -> Plan {
-        Plan {
-            step: Move::Slice,
-            ensembles: self.ensembles,
-            walkers_per_coordinate: self.walkers_per_coordinate,
-            warmup_steps: self.warmup_steps,
-            block_steps: self.block_steps,
-            max_steps: self.max_steps,
-            thin: self.thin,
-            start_spread: self.start_spread,
+    /// Checks every number of the sampler of that name.
+    pub(super) fn check(&self, name: &str) -> Result<()> {
+        for (what, value, least) in [
+            ("ensembles", self.ensembles, 2.0),
+            ("walkers_per_coordinate", self.walkers_per_coordinate, 2.0),
+            ("block_steps", self.block_steps, 1.0),
+            ("max_steps", self.max_steps, 4.0),
+            ("thin", self.thin, 1.0),
+        ] {
+            Domain::at_least(least).check(&format!("{what} of {name}"), value as f64)?;
         }
+        if !self.block_steps.is_multiple_of(self.thin) {
+            let allowed = format!("a multiple of thin = {}", self.thin);
+            return Err(Error::out_of_range(&format!("block_steps of {name}"), self.block_steps, &allowed));
+        }
+        // Walkers must differ.
+        Domain::POSITIVE.check(&format!("start_spread of {name}"), self.start_spread)?;
+        Ok(())
+    }
+
+    /// Walkers of one ensemble: an even number, and enough for many directions in few dimensions.
+    pub(super) fn walkers(&self, dimension: usize) -> usize {
+        (self.walkers_per_coordinate * dimension).next_multiple_of(2).max(LEAST_WALKERS)
     }
 }
 

@@ -4,8 +4,8 @@ use rand::{Rng, RngExt};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::plan::{Move, Moved, Plan, pick};
-use crate::error::{Domain, Result};
+use super::moves::{Move, Moved, pick};
+use super::slice::EnsembleSliceSettings;
 use crate::inference::LatentLikelihood;
 use crate::inference::sample::point::Point;
 
@@ -47,18 +47,21 @@ impl Default for StretchSettings {
 }
 
 impl StretchSettings {
-    pub(in crate::inference) fn plan(&self) -> Result<Plan> {
-        Domain::above(1.0).check("scale of stretch", self.scale)?;
-        Ok(Plan {
-            step: Move::Stretch { scale: self.scale },
-            ensembles: self.ensembles,
-            walkers_per_coordinate: self.walkers_per_coordinate,
-            warmup_steps: self.warmup_steps,
-            block_steps: self.block_steps,
-            max_steps: self.max_steps,
-            thin: self.thin,
-            start_spread: self.start_spread,
-        })
+    /// What it has in common with ensemble slice sampling, and its move.
+    pub(in crate::inference::sample) fn parts(&self) -> (EnsembleSliceSettings, Move) {
+        let Self { ensembles, walkers_per_coordinate, warmup_steps, block_steps, max_steps, thin, .. } =
+            *self;
+        let (start_spread, scale) = (self.start_spread, self.scale);
+        let common = EnsembleSliceSettings {
+            ensembles,
+            walkers_per_coordinate,
+            warmup_steps,
+            block_steps,
+            max_steps,
+            thin,
+            start_spread,
+        };
+        (common, Move::Stretch { scale })
     }
 }
 

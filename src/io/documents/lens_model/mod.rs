@@ -155,7 +155,8 @@ impl ModelFile {
         }
         let [lens, source] = [z_lens, self.z_source].map(|z| background.comoving_distance_mpc(z));
         let model = model.unwrap_or(LineOfSightModel::EMPTY);
-        let lens = TidalLens { model, lenses, time_delay_distance_mpc: lens * source / (source - lens) };
+        let time_delay_distance_mpc = Some(lens * source / (source - lens));
+        let lens = TidalLens { model, lenses, time_delay_distance_mpc };
         Ok(LensModelFile { lens: LensOfFile::OnePlane(Box::new(lens)), warnings })
     }
 
