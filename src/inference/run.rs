@@ -289,39 +289,21 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::inference::likelihood::known::Known;
     use crate::inference::sample::ValleySettings;
-    use crate::inference::{Curvature, NoCurvature};
     use crate::monitor::Silent;
     use crate::numerics::random::{Stage, stream};
 
     /// z with its prior alone.
-    struct Prior;
-
-    impl LatentLikelihood for Prior {
-        fn dimension(&self) -> usize {
-            2
-        }
-
-        fn log_likelihood(&self, _: &[f64]) -> f64 {
-            0.0
-        }
-
-        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-            unreachable!("only curvatures are asked for")
-        }
-
-        fn curvature(&self, z: &[f64]) -> std::result::Result<Curvature, NoCurvature> {
-            Ok(Curvature {
-                log_posterior: -0.5 * z.iter().map(|z| z * z).sum::<f64>(),
-                gradient: -nalgebra::DVector::from_column_slice(z),
-                metric: nalgebra::DMatrix::identity(2, 2),
-            })
-        }
-    }
+    const PRIOR: Known = Known {
+        dimension: 2,
+        log_likelihood: |_| 0.0,
+        slope_and_metric: |z| (-nalgebra::DVector::from_column_slice(z), nalgebra::DMatrix::identity(2, 2)),
+    };
 
     #[test]
     fn draws_of_a_valley_not_yet_known_are_left_out_where_the_others_converge() {
-        let problem = Problem { likelihood: &Prior, starts: &[vec![0.0; 2]], metric: None };
+        let problem = Problem { likelihood: &PRIOR, starts: &[vec![0.0; 2]], metric: None };
         let settings = SamplerSettings::Valley(ValleySettings::default());
         let mut run = SamplerRun::start(&settings, 1, &problem, &Silent).unwrap();
         let status = |run: &mut SamplerRun, draws: usize| {

@@ -17,18 +17,12 @@ pub trait Real:
 {
     /// The same number everywhere.
     fn splat(value: f64) -> Self;
-    /// Square root.
-    fn sqrt(self) -> Self;
+    /// A function of each number.
+    fn map(self, f: impl Fn(f64) -> f64) -> Self;
+    /// A function of each pair of numbers.
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self;
     /// x = 2^e·m with m in [√½, √2), for positive normal x.
     fn mantissa_and_exponent(self) -> (Self, Self);
-    /// 2ᵏ from k + 1.5·2⁵².
-    fn power_of_two(self) -> Self;
-    /// The nearest number from `low` to `high`.
-    fn clamp(self, low: f64, high: f64) -> Self;
-    /// The larger of the two.
-    fn max(self, least: f64) -> Self;
-    /// `value` where `test` is below `limit`, elsewhere this number.
-    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self;
     /// `other` where `test` is below `limit`, elsewhere this number.
     fn or_below(self, test: Self, limit: f64, other: Self) -> Self;
     /// Functions of each number by itself.
@@ -37,6 +31,36 @@ pub trait Real:
     fn is_below(self, limit: f64) -> bool;
     /// The largest of the numbers, at least 0.
     fn largest(self) -> f64;
+
+    /// Square root.
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+
+    /// 2ᵏ from k + 1.5·2⁵².
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        self.map(|shifted| f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52))
+    }
+
+    /// The nearest number from `low` to `high`.
+    #[inline(always)]
+    fn clamp(self, low: f64, high: f64) -> Self {
+        self.map(|v| v.clamp(low, high))
+    }
+
+    /// The larger of the two.
+    #[inline(always)]
+    fn max(self, least: f64) -> Self {
+        self.map(|v| if v > least { v } else { least })
+    }
+
+    /// `value` where `test` is below `limit`, elsewhere this number.
+    #[inline(always)]
+    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
+        self.zip(test, |v, test| if test < limit { value } else { v })
+    }
 }
 
 /// x = 2^e·m with m in [√½, √2), for positive normal x.
@@ -52,12 +76,6 @@ fn mantissa_and_exponent(x: f64) -> (f64, f64) {
     (m, f64::from_bits(biased | TWO_POW_52_BITS) - (4_503_599_627_370_496.0 + 1023.0))
 }
 
-/// 2ᵏ from k + 1.5·2⁵².
-#[inline(always)]
-fn power_of_two(shifted: f64) -> f64 {
-    f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)
-}
-
 impl Real for f64 {
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -65,33 +83,18 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        f64::sqrt(self)
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        f(self)
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        f(self, other)
     }
 
     #[inline(always)]
     fn mantissa_and_exponent(self) -> (Self, Self) {
         mantissa_and_exponent(self)
-    }
-
-    #[inline(always)]
-    fn power_of_two(self) -> Self {
-        power_of_two(self)
-    }
-
-    #[inline(always)]
-    fn clamp(self, low: f64, high: f64) -> Self {
-        f64::clamp(self, low, high)
-    }
-
-    #[inline(always)]
-    fn max(self, least: f64) -> Self {
-        if self > least { self } else { least }
-    }
-
-    #[inline(always)]
-    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
-        if test < limit { value } else { self }
     }
 
     #[inline(always)]
@@ -196,6 +199,13 @@ impl Lanes {
         }
         parts[0]
     }
+}
+
+impl Real for Lanes {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
 
     #[inline(always)]
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
@@ -214,18 +224,6 @@ impl Lanes {
         }
         out
     }
-}
-
-impl Real for Lanes {
-    #[inline(always)]
-    fn splat(value: f64) -> Self {
-        Self([value; LANES])
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
-    }
 
     #[inline(always)]
     fn mantissa_and_exponent(self) -> (Self, Self) {
@@ -234,26 +232,6 @@ impl Real for Lanes {
             (*m, *e) = mantissa_and_exponent(*m);
         }
         (m, e)
-    }
-
-    #[inline(always)]
-    fn power_of_two(self) -> Self {
-        self.map(power_of_two)
-    }
-
-    #[inline(always)]
-    fn clamp(self, low: f64, high: f64) -> Self {
-        self.map(|v| v.clamp(low, high))
-    }
-
-    #[inline(always)]
-    fn max(self, least: f64) -> Self {
-        self.map(|v| if v > least { v } else { least })
-    }
-
-    #[inline(always)]
-    fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
-        self.zip(test, |v, test| if test < limit { value } else { v })
     }
 
     #[inline(always)]
@@ -305,23 +283,22 @@ lanewise!(Sub, sub, -);
 lanewise!(Mul, mul, *);
 lanewise!(Div, div, /);
 
-impl Mul<f64> for Lanes {
-    type Output = Self;
+/// Each lane with the same number.
+macro_rules! with_number {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl $trait<f64> for Lanes {
+            type Output = Self;
 
-    #[inline(always)]
-    fn mul(self, factor: f64) -> Self {
-        self.map(|v| v * factor)
-    }
+            #[inline(always)]
+            fn $method(self, number: f64) -> Self {
+                self.map(|v| v $op number)
+            }
+        }
+    };
 }
 
-impl Add<f64> for Lanes {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(self, term: f64) -> Self {
-        self.map(|v| v + term)
-    }
-}
+with_number!(Mul, mul, *);
+with_number!(Add, add, +);
 
 impl Neg for Lanes {
     type Output = Self;

@@ -1,6 +1,6 @@
 //! Not-a-knot cubic spline on equally spaced knots: constant-time value and derivative.
 
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 
 /// Cubic spline through equally spaced knots with not-a-knot ends (de Boor 1978).
 ///
@@ -25,13 +25,13 @@ impl UniformSpline {
     /// assert!((spline.derivative(2.5) - 18.75).abs() < 1e-13);
     /// ```
     pub fn new(start: f64, step: f64, values: &[f64]) -> Result<Self> {
-        require(true, "start of the spline", start, "finite")?;
-        require(step > 0.0, "step of the spline", step, "positive")?;
+        Domain::FINITE.check("start of the spline", start)?;
+        Domain::POSITIVE.check("step of the spline", step)?;
         if values.len() < 4 {
             return Err(Error::out_of_range("number of spline knots", values.len(), "at least 4"));
         }
         for &value in values {
-            require(true, "value at a spline knot", value, "finite")?;
+            Domain::FINITE.check("value at a spline knot", value)?;
         }
         let curvature = not_a_knot_curvatures(values);
         let coefficients = values

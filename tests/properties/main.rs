@@ -8,12 +8,15 @@ mod targets;
 
 mod adaptive;
 mod blind_start;
+mod einstein_radius;
 mod mock_catalogue;
 mod multiplane;
+mod pixels;
 mod point_images;
 mod population;
 mod sampler_errors;
 mod samplers;
 mod straight;
 mod tensors;
+mod tidal_lens;
 mod watched;

@@ -1,26 +1,22 @@
 //! An image, a compiled model and a mesh as a likelihood over latent coordinates, with gradient and Fisher matrix.
 
 use nalgebra::{DMatrix, DVector, DVectorView};
-use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 use super::amplitudes::{By, ImageFit, combine, informations};
 use super::latent::{Curvature, LatentLikelihood, NoCurvature};
 use super::observation::Observation;
-use crate::error::{Error, Result};
-use crate::imaging::PixelSampling;
+use crate::error::Result;
 use crate::inference::model::{CompiledModel, Evaluation, LikelihoodKind, Mesh};
 use crate::monitor::Monitor;
-use crate::numerics::random::{self, stream};
 
 /// The likelihood of an observation under a model; the mesh is always one of the observation's own pixels, or of those of an
 /// oversampled PSF.
 #[derive(Debug, Clone)]
 pub struct ImageLikelihood {
-    observation: Observation,
-    model: CompiledModel,
+    pub(super) observation: Observation,
+    pub(super) model: CompiledModel,
     kind: LikelihoodKind,
-    mesh: Mesh,
+    pub(super) mesh: Mesh,
 }
 
 /// What a model predicts for the image.
@@ -83,7 +79,7 @@ impl ImageLikelihood {
         samples.iter().map(|b| self.observation.psf.convolve(&self.mesh.integrate(b), n)).collect()
     }
 
-    fn fit(&self, free: &[f64], by: By) -> Option<(Evaluation<'_>, Vec<Vec<f64>>, ImageFit)> {
+    pub(super) fn fit(&self, free: &[f64], by: By) -> Option<(Evaluation<'_>, Vec<Vec<f64>>, ImageFit)> {
         let at = self.model.evaluate(free).ok()?;
         let lights = self.lights(&at);
         let priors = &self.model.amplitude_priors;
@@ -134,84 +130,6 @@ impl ImageLikelihood {
             .collect();
         let by_free = at.pull_back(&self.mesh, &adjoint);
         by_free.iter().zip(slopes).map(|(d, slope)| d * slope).collect()
-    }
-
-    /// Makes ready to sample around a start: a finer mesh where pixels are integrated, and rays through haloes expanded about
-    /// the deflections of the start.
-    ///
-    /// # Errors
-    /// A metric that is not positive definite; when cancelled.
-    pub(in crate::inference) fn refine(
-        &mut self,
-        start: &[f64],
-        metric: &DMatrix<f64>,
-        (sampling, seed): (PixelSampling, u64),
-        monitor: &dyn Monitor,
-    ) -> Result<()> {
-        if sampling == PixelSampling::Adaptive {
-            self.refine_mesh(start, metric, seed, monitor)?;
-            self.model.carry(&mut self.mesh, monitor)?;
-        }
-        let expansion = self.model.evaluate(&self.model.at_latent(start).0)?.expand(&self.mesh, monitor)?;
-        self.mesh.rays.haloes = expansion;
-        Ok(())
-    }
-
-    /// How far in arcsec β is from that of rays traced through the haloes of the model, at most; 0 without haloes.
-    ///
-    /// # Errors
-    /// Values outside the domain of a profile; when cancelled.
-    pub fn expansion_error_arcsec(&self, free: &[f64], monitor: &dyn Monitor) -> Result<f64> {
-        self.model.evaluate(free)?.expansion_error_arcsec(&self.mesh, monitor)
-    }
-
-    /// Samples the pixels anew, so that every one is integrated to 1% of its noise at the start and at models scattered around
-    /// it as its metric says.
-    ///
-    /// # Errors
-    /// A metric that is not positive definite.
-    fn refine_mesh(
-        &mut self,
-        start: &[f64],
-        metric: &DMatrix<f64>,
-        seed: u64,
-        monitor: &dyn Monitor,
-    ) -> Result<()> {
-        const TOLERANCE_OF_NOISE: f64 = 0.01;
-        const MODELS: usize = 4;
-        let indefinite =
-            || Error::out_of_range("the Fisher matrix at the start", "indefinite", "positive definite");
-        let factor = metric.clone().cholesky().ok_or_else(indefinite)?;
-        let mut rng = stream(seed, 0, random::Stage::Mesh, 0);
-        let mut models = Vec::new();
-        for i in 0..MODELS {
-            let normal = DVector::from_fn(start.len(), |_, _| StandardNormal.sample(&mut rng));
-            let scatter = factor.l().tr_solve_lower_triangular(&normal).ok_or_else(indefinite)?;
-            let spread = if i == 0 { 0.0 } else { 1.5 };
-            let latent: Vec<f64> = start.iter().zip(scatter.iter()).map(|(z, s)| z + spread * s).collect();
-            let free = self.model.at_latent(&latent).0;
-            models.extend(self.fit(&free, By::Nothing).map(|(_, _, fit)| (free, fit.amplitudes)));
-        }
-        let image = self.image(&self.model.at_latent(start).0);
-        let image = image.ok_or_else(|| {
-            Error::out_of_range("the start", "without an image", "a model that can be evaluated")
-        })?;
-        let [information, _] = informations(&self.observation, &image.model_e_s);
-        let coarsest = self.observation.background_rms_e_s;
-        let noise = |f: f64| if f > 0.0 { f.sqrt().recip() } else { coarsest };
-        let tolerance: Vec<f64> = information.into_iter().map(|f| TOLERANCE_OF_NOISE * noise(f)).collect();
-        let (grid, psf) = (&self.observation.grid, &self.observation.psf);
-        let tolerance = psf.tolerance_of_model(tolerance, grid.pixels());
-        self.mesh = Mesh::adaptive(&psf.model_grid(grid), &tolerance, |points| {
-            let mut points = Mesh::at_points(points);
-            self.model.carry(&mut points, monitor)?;
-            let of = |(free, amplitudes): &(Vec<f64>, Vec<f64>)| {
-                let at = self.model.evaluate(free).ok()?;
-                Some(combine(&at.brightness(&points), amplitudes))
-            };
-            Ok(models.par_iter().filter_map(of).collect())
-        })?;
-        Ok(())
     }
 
     /// β of every sample of the mesh at values of the free parameters.
@@ -284,6 +202,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use rand_distr::{Distribution, StandardNormal};
+    use rayon::prelude::*;
 
     use super::*;
     use crate::imaging::{Psf, SkyGrid};
@@ -316,12 +235,7 @@ mod tests {
         let mut rng = stream(3, 0, random::Stage::NoiseImage, 0);
         likelihood.observation.data_e_s = image
             .into_iter()
-            .map(|m| {
-                m + 0.006 * {
-                    let e: f64 = StandardNormal.sample(&mut rng);
-                    e
-                }
-            })
+            .map(|m| m + 0.006 * Distribution::<f64>::sample(&StandardNormal, &mut rng))
             .collect();
         likelihood
     }

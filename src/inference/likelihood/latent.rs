@@ -46,3 +46,41 @@ pub trait LatentLikelihood: Sync {
         false
     }
 }
+
+#[cfg(test)]
+pub(crate) mod known {
+    //! A likelihood whose curvature is known, for tests of what asks for curvatures alone.
+
+    use super::*;
+
+    /// ln L, and gradient and metric of the posterior where there is a likelihood.
+    pub struct Known {
+        pub dimension: usize,
+        pub log_likelihood: fn(&[f64]) -> f64,
+        pub slope_and_metric: fn(&[f64]) -> (DVector<f64>, DMatrix<f64>),
+    }
+
+    impl LatentLikelihood for Known {
+        fn dimension(&self) -> usize {
+            self.dimension
+        }
+
+        fn log_likelihood(&self, z: &[f64]) -> f64 {
+            (self.log_likelihood)(z)
+        }
+
+        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
+            unreachable!("only curvatures are asked for")
+        }
+
+        fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
+            let log_likelihood = self.log_likelihood(z);
+            if log_likelihood == f64::NEG_INFINITY {
+                return Err(NoCurvature::ZeroLikelihood);
+            }
+            let (gradient, metric) = (self.slope_and_metric)(z);
+            let log_posterior = log_likelihood - 0.5 * z.iter().map(|z| z * z).sum::<f64>();
+            Ok(Curvature { log_posterior, gradient, metric })
+        }
+    }
+}

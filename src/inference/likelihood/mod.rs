@@ -6,8 +6,11 @@ mod image;
 mod latent;
 mod observation;
 mod pixel_sums;
+mod refine;
 
 pub use counted::{CountedLikelihood, Counter};
 pub use image::{ImageLikelihood, ModelImage};
+#[cfg(test)]
+pub(crate) use latent::known;
 pub use latent::{Curvature, LatentLikelihood, NoCurvature};
 pub use observation::Observation;

@@ -5,9 +5,11 @@ mod compiled;
 mod description;
 mod likelihood_kind;
 mod mesh;
+mod slots;
 
 pub(crate) use brightness::Evaluation;
-pub use compiled::{CompiledModel, FreeParameter, Part, Quantity};
+pub use compiled::{CompiledModel, Quantity};
 pub use description::{BUILT_IN, LightDescription, ModelDescription, ParameterRule, ProfileDescription};
 pub use likelihood_kind::LikelihoodKind;
 pub use mesh::Mesh;
+pub use slots::{FreeParameter, Part};

@@ -182,44 +182,28 @@ impl Axes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::likelihood::{Counter, NoCurvature};
+    use crate::inference::likelihood::{Counter, known::Known};
     use crate::monitor::Silent;
 
     /// b = a² ± 0.001 with N(0, 1) priors of a and b.
-    struct Parabola;
-
-    impl LatentLikelihood for Parabola {
-        fn dimension(&self) -> usize {
-            2
-        }
-
-        fn log_likelihood(&self, z: &[f64]) -> f64 {
-            -0.5 * ((z[1] - z[0] * z[0]) / 1e-3).powi(2)
-        }
-
-        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-            unreachable!("only curvatures are asked for")
-        }
-
-        fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
+    const PARABOLA: Known = Known {
+        dimension: 2,
+        log_likelihood: |z| -0.5 * ((z[1] - z[0] * z[0]) / 1e-3).powi(2),
+        slope_and_metric: |z| {
             let (offset, row) = ((z[1] - z[0] * z[0]) / 1e-6, DVector::from_vec(vec![-2.0 * z[0], 1.0]));
-            let z = DVector::from_column_slice(z);
-            Ok(Curvature {
-                log_posterior: self.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared(),
-                gradient: &row * -offset - &z,
-                metric: &row * row.transpose() * 1e6 + DMatrix::identity(2, 2),
-            })
-        }
-    }
+            let metric = &row * row.transpose() * 1e6 + DMatrix::identity(2, 2);
+            (row * -offset - DVector::from_column_slice(z), metric)
+        },
+    };
 
     #[test]
     fn the_floor_of_a_parabola_is_the_parabola() {
-        let metric = Parabola.curvature(&[0.0, 0.0]).unwrap().metric;
+        let metric = PARABOLA.curvature(&[0.0, 0.0]).unwrap().metric;
         assert_eq!(Axes::wider_than(0.03, &metric), 1);
         let axes = Axes::split(&[0.0, 0.0], &metric, 1);
         for a in [-2.0, -0.5, 0.0, 1.0, 3.0] {
             let s = DVector::from_vec(vec![a]);
-            let floor = axes.maximum(&Parabola, &s, DVector::zeros(1), 30).unwrap();
+            let floor = axes.maximum(&PARABOLA, &s, DVector::zeros(1), 30).unwrap();
             let [x, y] = [0, 1].map(|i| axes.at(&s, &floor.stiff)[i]);
             assert!((y - x * x).abs() < 1e-4 && (x.abs() - a.abs()).abs() < 1e-12, "{x} {y}");
             // Along b = a²: ln p = −a²/2 − a⁴/2.
@@ -232,47 +216,34 @@ mod tests {
 
     #[test]
     fn a_search_cut_short_says_where_it_is() {
-        let metric = Parabola.curvature(&[0.0, 0.0]).unwrap().metric;
+        let metric = PARABOLA.curvature(&[0.0, 0.0]).unwrap().metric;
         let axes = Axes::split(&[0.0, 0.0], &metric, 1);
         let (s, guess) = (DVector::from_element(1, 0.3), DVector::from_element(1, 0.05));
         let z = axes.at(&s, &guess);
-        let reached = axes.search(&Parabola, &s, guess.clone(), 0).unwrap().unwrap_err();
-        let log_density = Parabola.curvature(z.as_slice()).unwrap().log_posterior;
+        let reached = axes.search(&PARABOLA, &s, guess.clone(), 0).unwrap().unwrap_err();
+        let log_density = PARABOLA.curvature(z.as_slice()).unwrap().log_posterior;
         assert_eq!((reached.stiff, reached.log_density), (guess.clone(), log_density));
-        assert!(axes.maximum(&Parabola, &s, guess.clone(), 0).is_none());
-        assert!(axes.maximum(&Parabola, &s, guess, 1).is_some());
+        assert!(axes.maximum(&PARABOLA, &s, guess.clone(), 0).is_none());
+        assert!(axes.maximum(&PARABOLA, &s, guess, 1).is_some());
     }
 
     #[test]
     fn the_floor_on_a_kink_follows_it() {
         /// ln p = −150 (b − a²) above the parabola, 50 (b − a²) below, with N(0, 1) priors of a and b.
-        struct Kink;
-        impl LatentLikelihood for Kink {
-            fn dimension(&self) -> usize {
-                2
-            }
-            fn log_likelihood(&self, z: &[f64]) -> f64 {
-                let above = z[1] - z[0] * z[0];
-                f64::min(-150.0 * above, 50.0 * above)
-            }
-            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-                unreachable!("only curvatures are asked for")
-            }
-            fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
+        const KINK: Known = Known {
+            dimension: 2,
+            log_likelihood: |z| f64::min(-150.0 * (z[1] - z[0] * z[0]), 50.0 * (z[1] - z[0] * z[0])),
+            slope_and_metric: |z| {
                 let slope = if z[1] > z[0] * z[0] { -150.0 } else { 50.0 };
-                let z = DVector::from_column_slice(z);
-                Ok(Curvature {
-                    log_posterior: self.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared(),
-                    gradient: DVector::from_vec(vec![-2.0 * z[0], 1.0]) * slope - &z,
-                    metric: DMatrix::identity(2, 2),
-                })
-            }
-        }
+                let along = DVector::from_vec(vec![-2.0 * z[0], 1.0]) * slope;
+                (along - DVector::from_column_slice(z), DMatrix::identity(2, 2))
+            },
+        };
         let axes = Axes::split(&[0.0, 0.0], &DMatrix::from_diagonal(&DVector::from_vec(vec![0.5, 1.0])), 1);
         for a in [-1.5, -0.5, 0.0, 1.0] {
             let s = DVector::from_vec(vec![a]);
             let counter = Counter::new(&Silent);
-            let floor = axes.maximum(&counter.watch(&Kink), &s, DVector::from_vec(vec![0.3]), 30).unwrap();
+            let floor = axes.maximum(&counter.watch(&KINK), &s, DVector::from_vec(vec![0.3]), 30).unwrap();
             let [x, y] = [0, 1].map(|i| axes.at(&s, &floor.stiff)[i]);
             let evaluations = counter.evaluations().unwrap();
             assert!(evaluations < 24, "{a}: {evaluations} evaluations");
@@ -292,30 +263,17 @@ mod tests {
     #[test]
     fn a_search_held_up_at_a_wall_is_soon_given_up() {
         /// ln p = 100 b, which ends at b = 0.
-        struct Wall;
-        impl LatentLikelihood for Wall {
-            fn dimension(&self) -> usize {
-                2
-            }
-            fn log_likelihood(&self, z: &[f64]) -> f64 {
-                if z[1] > 0.0 { f64::NEG_INFINITY } else { 100.0 * z[1] }
-            }
-            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-                unreachable!("only curvatures are asked for")
-            }
-            fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
-                Some(Curvature {
-                    log_posterior: self.log_likelihood(z),
-                    gradient: DVector::from_vec(vec![0.0, 100.0]),
-                    metric: DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0])),
-                })
-                .filter(|_| z[1] <= 0.0)
-                .ok_or(NoCurvature::ZeroLikelihood)
-            }
-        }
+        const WALL: Known = Known {
+            dimension: 2,
+            log_likelihood: |z| if z[1] > 0.0 { f64::NEG_INFINITY } else { 100.0 * z[1] },
+            slope_and_metric: |_| {
+                let metric = DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0]));
+                (DVector::from_vec(vec![0.0, 100.0]), metric)
+            },
+        };
         let axes = Axes::split(&[0.0, 0.0], &DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 1.0])), 1);
         let counter = Counter::new(&Silent);
-        let wall = counter.watch(&Wall);
+        let wall = counter.watch(&WALL);
         assert!(axes.maximum(&wall, &DVector::zeros(1), DVector::zeros(1), 1000).is_none());
         let evaluations = counter.evaluations().unwrap();
         assert!((3..20).contains(&evaluations), "{evaluations} evaluations");
@@ -324,18 +282,11 @@ mod tests {
     #[test]
     fn there_is_no_floor_where_there_is_no_likelihood() {
         let axes = Axes::split(&[0.0, 0.0], &DMatrix::identity(2, 2), 1);
-        struct Nothing;
-        impl LatentLikelihood for Nothing {
-            fn dimension(&self) -> usize {
-                2
-            }
-            fn log_likelihood(&self, _: &[f64]) -> f64 {
-                f64::NEG_INFINITY
-            }
-            fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-                f64::NEG_INFINITY
-            }
-        }
-        assert!(axes.maximum(&Nothing, &DVector::zeros(1), DVector::zeros(1), 30).is_none());
+        const NOTHING: Known = Known {
+            dimension: 2,
+            log_likelihood: |_| f64::NEG_INFINITY,
+            slope_and_metric: |_| unreachable!("there is no likelihood"),
+        };
+        assert!(axes.maximum(&NOTHING, &DVector::zeros(1), DVector::zeros(1), 30).is_none());
     }
 }

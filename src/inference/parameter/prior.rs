@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spec_math::cephes64::{ndtr, ndtri};
 
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 pub use crate::profile::registry::PriorShape;
 
 /// The prior of one parameter: `{ uniform = [a, b] }`, `{ normal = [mean, sd] }` or `{ log_normal = [median, sd of ln] }`;
@@ -36,24 +36,27 @@ impl Prior {
         let what = |part: &str| format!("prior of {name}: {part}");
         let (PriorShape::Uniform(pair) | PriorShape::Normal(pair) | PriorShape::LogNormal(pair)) = self.shape;
         for value in pair.into_iter().chain(self.low).chain(self.high) {
-            require(true, &what("a number"), value, "finite")?;
+            Domain::FINITE.check(&what("a number"), value)?;
         }
         match self.shape {
             PriorShape::Uniform([low, high]) => {
-                require(high > low, &what("upper edge"), high, &format!("above the lower edge, {low}"))?;
+                let allowed = format!("above the lower edge, {low}");
+                Domain::above(low).check_in_words(&what("upper edge"), high, &allowed)?;
                 if self.low.or(self.high).is_some() {
                     let allowed = "left out: a uniform prior has its edges already";
                     return Err(Error::out_of_range(&what("low or high"), "given", allowed));
                 }
             }
-            PriorShape::Normal([_, sd]) => require(sd > 0.0, &what("standard deviation"), sd, "positive")?,
+            PriorShape::Normal([_, sd]) => {
+                Domain::POSITIVE.check(&what("standard deviation"), sd)?;
+            }
             PriorShape::LogNormal([median, sd]) => {
-                require(median > 0.0, &what("median"), median, "positive")?;
-                require(sd > 0.0, &what("standard deviation of ln"), sd, "positive")?;
+                Domain::POSITIVE.check(&what("median"), median)?;
+                Domain::POSITIVE.check(&what("standard deviation of ln"), sd)?;
             }
         }
-        let inside = self.window().inside;
-        require(inside > 0.0, &what("probability between low and high"), inside, "positive")
+        Domain::POSITIVE.check(&what("probability between low and high"), self.window().inside)?;
+        Ok(())
     }
 
     /// The edges of its support, infinite where there is none.

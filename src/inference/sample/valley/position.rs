@@ -124,45 +124,32 @@ impl Position {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::{Curvature, NoCurvature};
+    use crate::inference::likelihood::known::Known;
     use crate::numerics::random::{Stage, stream};
 
     /// s ~ N(0, 1) and t logistic of width 0.01, whose tails are heavier than those of the normal about its top.
-    struct Logistic;
+    const LOGISTIC: Known = Known {
+        dimension: 2,
+        log_likelihood: |z| {
+            let t = z[1].abs() / WIDTH;
+            0.5 * z[1] * z[1] - t - 2.0 * (-t).exp().ln_1p()
+        },
+        slope_and_metric: |z| {
+            let tanh = (0.5 * z[1] / WIDTH).tanh();
+            let by_t = 0.5 * (1.0 - tanh * tanh) / (WIDTH * WIDTH);
+            let metric = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, by_t]));
+            (DVector::from_vec(vec![-z[0], -tanh / WIDTH]), metric)
+        },
+    };
 
     const WIDTH: f64 = 0.01;
 
-    impl LatentLikelihood for Logistic {
-        fn dimension(&self) -> usize {
-            2
-        }
-
-        fn log_likelihood(&self, z: &[f64]) -> f64 {
-            let t = z[1].abs() / WIDTH;
-            0.5 * z[1] * z[1] - t - 2.0 * (-t).exp().ln_1p()
-        }
-
-        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-            unreachable!("only curvatures are asked for")
-        }
-
-        fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
-            let tanh = (0.5 * z[1] / WIDTH).tanh();
-            let by_t = 0.5 * (1.0 - tanh * tanh) / (WIDTH * WIDTH);
-            Ok(Curvature {
-                log_posterior: self.log_likelihood(z) + log_prior(z),
-                gradient: DVector::from_vec(vec![-z[0], -tanh / WIDTH]),
-                metric: DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, by_t])),
-            })
-        }
-    }
-
     fn drawn(importance: ImportanceDraws, rng: &mut impl Rng) -> (Axes, Position, f64) {
-        let metric = Logistic.curvature(&[0.0, 0.0]).unwrap().metric;
+        let metric = LOGISTIC.curvature(&[0.0, 0.0]).unwrap().metric;
         let axes = Axes::split(&[0.0, 0.0], &metric, 1);
         let s = DVector::from_vec(vec![0.7]);
-        let maximum = axes.maximum(&Logistic, &s, DVector::zeros(1), 30).unwrap();
-        let (position, spread) = Position::draw(&Logistic, &axes, s, &maximum, importance, rng);
+        let maximum = axes.maximum(&LOGISTIC, &s, DVector::zeros(1), 30).unwrap();
+        let (position, spread) = Position::draw(&LOGISTIC, &axes, s, &maximum, importance, rng);
         (axes, position, spread)
     }
 
@@ -187,7 +174,7 @@ mod tests {
         const STEPS: usize = 100_000;
         let squares: f64 = (0..STEPS)
             .map(|_| {
-                position.step(&Logistic, &axes, &mut rng);
+                position.step(&LOGISTIC, &axes, &mut rng);
                 (position.z[1] / WIDTH).powi(2)
             })
             .sum();

@@ -256,42 +256,28 @@ fn median(values: &mut [f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inference::likelihood::known::Known;
 
     /// Both coordinates measured to 0.1, the first as 2.
-    struct Measured;
-
-    impl LatentLikelihood for Measured {
-        fn dimension(&self) -> usize {
-            2
-        }
-
-        fn log_likelihood(&self, z: &[f64]) -> f64 {
-            -50.0 * ((z[0] - 2.0).powi(2) + z[1] * z[1])
-        }
-
-        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-            unreachable!("only curvatures are asked for")
-        }
-
-        fn curvature(&self, z: &[f64]) -> std::result::Result<Curvature, NoCurvature> {
-            Ok(Curvature {
-                log_posterior: self.log_likelihood(z) - 0.5 * (z[0] * z[0] + z[1] * z[1]),
-                gradient: DVector::from_vec(vec![200.0 - 101.0 * z[0], -101.0 * z[1]]),
-                metric: DMatrix::identity(2, 2) * 101.0,
-            })
-        }
-    }
+    const MEASURED: Known = Known {
+        dimension: 2,
+        log_likelihood: |z| -50.0 * ((z[0] - 2.0).powi(2) + z[1] * z[1]),
+        slope_and_metric: |z| {
+            let slope = vec![200.0 - 101.0 * z[0], -101.0 * z[1]];
+            (DVector::from_vec(slope), DMatrix::identity(2, 2) * 101.0)
+        },
+    };
 
     #[test]
     fn a_start_far_below_the_maximum_is_left_for_it() {
         let starts = [vec![0.0; 2]];
-        let problem = Problem { likelihood: &Measured, starts: &starts, metric: None };
+        let problem = Problem { likelihood: &MEASURED, starts: &starts, metric: None };
         let mut valley = Valley::start(ValleySettings::default(), 1, &problem).unwrap();
         assert!(valley.top < -150.0, "{}", valley.top);
         let mut chains = Chains::new(2, 4, 1);
-        (1..=3).for_each(|block| valley.advance(&Measured, 1, block, &mut chains));
+        (1..=3).for_each(|block| valley.advance(&MEASURED, 1, block, &mut chains));
         assert!((valley.top + 2.0).abs() < 0.1 && valley.began > 0, "{} {}", valley.top, valley.began);
-        (4..=20).for_each(|block| valley.advance(&Measured, 1, block, &mut chains));
+        (4..=20).for_each(|block| valley.advance(&MEASURED, 1, block, &mut chains));
         let draws = chains.coordinate(0).concat();
         assert!(draws.len() > 400 && draws.iter().all(|z| (z - 1.98).abs() < 0.6));
     }

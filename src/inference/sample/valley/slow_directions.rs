@@ -70,57 +70,40 @@ fn least_normal(likelihood: &dyn LatentLikelihood, axes: &Axes, maximum: &Condit
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::{Curvature, NoCurvature};
+    use crate::inference::likelihood::known::Known;
     use crate::numerics::random::{Stage, stream};
 
     /// (a, b) measured normally, and (x, y) on an arc of radius 0.01 about (0, −0.01) that is half a radian long.
-    struct Arc;
+    const ARC: Known = Known {
+        dimension: 4,
+        log_likelihood: |z| -0.5 * residuals(z).0.norm_squared(),
+        slope_and_metric: |z| {
+            let (residuals, jacobian) = residuals(z);
+            let prior = DVector::from_column_slice(z);
+            let metric = jacobian.tr_mul(&jacobian) + DMatrix::identity(4, 4);
+            (-jacobian.tr_mul(&residuals) - prior, metric)
+        },
+    };
 
     const RADIUS: f64 = 0.01;
 
-    impl Arc {
-        /// Residuals and their Jacobian.
-        fn residuals(z: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
-            let (x, y) = (z[2], z[3] + RADIUS);
-            let (r, angle) = (x.hypot(y), x.atan2(y));
-            let residuals = DVector::from_vec(vec![z[0], z[1] / 0.02, angle / 0.5, (r - RADIUS) / 1e-4]);
-            let mut jacobian = DMatrix::zeros(4, 4);
-            (jacobian[(0, 0)], jacobian[(1, 1)]) = (1.0, 1.0 / 0.02);
-            (jacobian[(2, 2)], jacobian[(2, 3)]) = (y / (r * r) / 0.5, -x / (r * r) / 0.5);
-            (jacobian[(3, 2)], jacobian[(3, 3)]) = (x / r / 1e-4, y / r / 1e-4);
-            (residuals, jacobian)
-        }
-    }
-
-    impl LatentLikelihood for Arc {
-        fn dimension(&self) -> usize {
-            4
-        }
-
-        fn log_likelihood(&self, z: &[f64]) -> f64 {
-            -0.5 * Self::residuals(z).0.norm_squared()
-        }
-
-        fn log_likelihood_gradient(&self, _: &[f64], _: &mut [f64]) -> f64 {
-            unreachable!("only curvatures are asked for")
-        }
-
-        fn curvature(&self, z: &[f64]) -> Result<Curvature, NoCurvature> {
-            let (residuals, jacobian) = Self::residuals(z);
-            let prior = DVector::from_column_slice(z);
-            Ok(Curvature {
-                log_posterior: -0.5 * (residuals.norm_squared() + prior.norm_squared()),
-                gradient: -jacobian.tr_mul(&residuals) - prior,
-                metric: jacobian.tr_mul(&jacobian) + DMatrix::identity(4, 4),
-            })
-        }
+    /// Residuals and their Jacobian.
+    fn residuals(z: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let (x, y) = (z[2], z[3] + RADIUS);
+        let (r, angle) = (x.hypot(y), x.atan2(y));
+        let residuals = DVector::from_vec(vec![z[0], z[1] / 0.02, angle / 0.5, (r - RADIUS) / 1e-4]);
+        let mut jacobian = DMatrix::zeros(4, 4);
+        (jacobian[(0, 0)], jacobian[(1, 1)]) = (1.0, 1.0 / 0.02);
+        (jacobian[(2, 2)], jacobian[(2, 3)]) = (y / (r * r) / 0.5, -x / (r * r) / 0.5);
+        (jacobian[(3, 2)], jacobian[(3, 3)]) = (x / r / 1e-4, y / r / 1e-4);
+        (residuals, jacobian)
     }
 
     #[test]
     fn a_bent_direction_is_followed_before_wider_straight_ones() {
-        let metric = Arc.curvature(&[0.0; 4]).unwrap().metric;
+        let metric = ARC.curvature(&[0.0; 4]).unwrap().metric;
         let mut rng = stream(1, 0, Stage::Sampling, 0);
-        let (axes, _) = slow_directions(&Arc, Axes::split(&[0.0; 4], &metric, 1), &mut rng).unwrap();
+        let (axes, _) = slow_directions(&ARC, Axes::split(&[0.0; 4], &metric, 1), &mut rng).unwrap();
         assert_eq!(axes.slow_dimension(), 2);
         let along = axes.at(&DVector::from_vec(vec![0.0, 1.0]), &DVector::zeros(2));
         assert!((along[2].abs() - 1.0).abs() < 1e-9, "{along}");

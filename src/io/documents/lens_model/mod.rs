@@ -11,7 +11,7 @@ use serde::Deserialize;
 use self::arguments::Arguments;
 use self::line_of_sight::LINES_OF_SIGHT;
 use crate::cosmology::Background;
-use crate::error::{Error, FileFault, Result, require};
+use crate::error::{Domain, Error, FileFault, Result};
 use crate::mapping::Mapping;
 use crate::mapping::multiplane::GeneralMultiPlane;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
@@ -141,7 +141,7 @@ impl ModelFile {
             return Err(Error::out_of_range("z_lens", "missing", "a redshift (or lens_redshift_list given)"));
         };
         let allowed = format!("above 0 and below z_source = {}", self.z_source);
-        require(z_lens > 0.0 && self.z_source > z_lens, "z_lens", z_lens, &allowed)?;
+        Domain::inside(0.0, self.z_source).check_in_words("z_lens", z_lens, &allowed)?;
         let (mut model, mut lenses, mut warnings) = (None, Vec::new(), Vec::new());
         for arguments in self.arguments() {
             if !LINES_OF_SIGHT.contains(&arguments.name) {
@@ -184,7 +184,8 @@ impl ModelFile {
 
 impl CosmologyFile {
     fn background(&self) -> Result<Background> {
-        require(self.tcmb0_k == 0.0, "Tcmb0", self.tcmb0_k, "0: haloray's background has no radiation")?;
+        let allowed = "0: haloray's background has no radiation";
+        Domain::from_to(0.0, 0.0).check_in_words("Tcmb0", self.tcmb0_k, allowed)?;
         Background::new(self.h0_km_s_mpc, self.omega_m)
     }
 }
