@@ -132,7 +132,7 @@ mod tests {
     use crate::mapping::tidal::{LensResponse, LineOfSightKind};
     use crate::monitor::Silent;
     use crate::numerics::complex::Cx;
-    use crate::profile::mass::derivative_checks::derivative;
+    use crate::numerics::differences::derivative;
     use crate::profile::mass::{Epl, MassModel};
 
     fn sight() -> LineOfSight {

@@ -8,7 +8,7 @@ mod recovery;
 mod score;
 mod system;
 
-pub use columns::{MockColumn, PerturberColumn};
+pub use columns::MockColumn;
 pub use image::{MockImage, image_quality};
 pub use protocol::{HaloMassRule, PerturberRule, Protocol, SourceRule};
 pub use recovery::{RecoveredShear, ShearRecovery};

@@ -2,6 +2,8 @@
 
 pub mod complex;
 pub(crate) mod contour;
+#[cfg(test)]
+pub(crate) mod differences;
 pub(crate) mod dispatch;
 pub mod elementary;
 pub mod quadrature;

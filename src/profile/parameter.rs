@@ -152,6 +152,14 @@ impl Parameter {
     };
 }
 
+/// The parameters of a profile of its own followed by those of an ellipse: ellipticity and centre.
+macro_rules! placed_ellipse {
+    ($($own:expr),*) => {
+        [$($own,)* Parameter::E1, Parameter::E2, Parameter::CENTRE_X, Parameter::CENTRE_Y]
+    };
+}
+pub(crate) use placed_ellipse;
+
 /// One of lenstronomy's names for a profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Name {

@@ -1,7 +1,7 @@
 //! Critical curves and caustics: on their own with the images of a source, or over another figure.
 
-use crate::diagnostics::{CriticalCurves, CurveKind, PointImages};
-use crate::plot::figures::{CurveData, curves, overlay};
+use crate::diagnostics::{CriticalCurves, PointImages};
+use crate::plot::figures::{curves, overlay};
 use crate::plot::{Colour, Figure, Panel};
 
 /// Critical curves with the images on the left, caustics with the source on the right.
@@ -12,24 +12,10 @@ pub fn curve_figure(
     half_width_arcsec: f64,
 ) -> Figure {
     let theta: Vec<[f64; 2]> = images.images.iter().map(|image| image.theta_arcsec).collect();
-    curves(&curve_data(found), Some((theta.as_slice(), source_arcsec)), half_width_arcsec)
+    curves(&found.curves, Some((theta.as_slice(), source_arcsec)), half_width_arcsec)
 }
 
 /// Draws critical curves and, finer, caustics into a panel.
 pub(super) fn lay_over(panel: &mut Panel, found: &CriticalCurves, colour: Colour) {
-    panel.marks.extend(overlay(&curve_data(found), colour));
-}
-
-/// Curves as the plots take them.
-fn curve_data(found: &CriticalCurves) -> Vec<CurveData<'_>> {
-    found
-        .curves
-        .iter()
-        .map(|curve| CurveData {
-            radial: curve.kind == CurveKind::Radial,
-            closed: curve.closed,
-            theta_arcsec: &curve.theta_arcsec,
-            beta_arcsec: &curve.beta_arcsec,
-        })
-        .collect()
+    panel.marks.extend(overlay(&found.curves, colour));
 }

@@ -3,6 +3,8 @@
 mod any_cone;
 #[path = "../support/cone.rs"]
 mod cone;
+#[path = "../support/derivatives.rs"]
+mod derivatives;
 mod statistics;
 mod targets;
 
@@ -14,6 +16,8 @@ mod multiplane;
 mod pixels;
 mod point_images;
 mod population;
+mod priors;
+mod profiles;
 mod sampler_errors;
 mod samplers;
 mod straight;

@@ -208,8 +208,8 @@ mod tests {
     use crate::imaging::{Psf, SkyGrid};
     use crate::inference::model::ModelDescription;
     use crate::monitor::Silent;
+    use crate::numerics::differences::derivative;
     use crate::numerics::random::{self, stream};
-    use crate::profile::mass::derivative_checks::derivative;
 
     fn likelihood(name: &str, kind: LikelihoodKind) -> ImageLikelihood {
         let model = CompiledModel::new(&ModelDescription::built_in(name).unwrap()).unwrap();

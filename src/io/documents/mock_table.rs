@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::{Result, TableKind};
 use crate::io::containers::{Column, Table, Values};
-use crate::mock::MockSystem;
+use crate::mock::{MockSystem, Perturber};
 
 /// HDF5 group and FITS extension of catalogues.
 pub const CATALOGUE_GROUP: &str = "catalogue";
@@ -23,14 +23,14 @@ pub fn catalogue_table(systems: &[MockSystem], images: Option<(&[String], &[f64]
         columns.push(Column::text("image", names.to_vec()));
         columns.push(Column::f64("quality", None, qualities.to_vec()));
     }
-    for (name, unit, value) in MockSystem::COLUMNS {
-        columns.push(Column::f64(name, unit, systems.iter().map(value).collect()));
-    }
-    for i in 0..PERTURBERS {
-        for (name, unit, value) in MockSystem::PERTURBER_COLUMNS {
-            let values = systems.iter().map(|s| s.perturbers.get(i).map_or(0.0, value)).collect();
-            columns.push(Column::f64(&format!("perturber{}_{name}", i + 1), unit, values));
-        }
+    let row = |system: &MockSystem| {
+        let perturbers = (0..PERTURBERS)
+            .flat_map(|i| Perturber::columns(system.perturbers.get(i), &format!("perturber{}", i + 1)));
+        system.columns().into_iter().chain(perturbers).collect::<Vec<_>>()
+    };
+    let rows: Vec<_> = systems.iter().map(row).collect();
+    for (i, (name, unit, _)) in rows.first().into_iter().flatten().enumerate() {
+        columns.push(Column::f64(name, *unit, rows.iter().map(|row| row[i].2).collect()));
     }
     Table::new(columns)
 }
@@ -40,7 +40,7 @@ pub fn catalogue_table(systems: &[MockSystem], images: Option<(&[String], &[f64]
 /// # Errors
 /// Never for lists of equal length.
 pub fn truth_table(systems: &[MockSystem], images: &[String], qualities: &[f64]) -> Result<Table> {
-    let rows: Vec<Vec<(&str, f64)>> = systems.iter().map(MockSystem::truths).collect();
+    let rows: Vec<Vec<(String, f64)>> = systems.iter().map(MockSystem::truths).collect();
     let mut columns =
         vec![Column::text("image", images.to_vec()), Column::f64("quality", None, qualities.to_vec())];
     for (i, (name, _)) in rows.first().into_iter().flatten().enumerate() {

@@ -88,7 +88,7 @@ impl Mapping for GeneralMultiPlane {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::profile::mass::derivative_checks::derivative;
+    use crate::numerics::differences::derivative;
     use crate::profile::mass::{Epl, External, Nfw};
 
     fn lenses() -> Vec<(f64, MassModel)> {

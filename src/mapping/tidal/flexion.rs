@@ -173,8 +173,8 @@ mod tests {
     use super::super::jet::Jet;
     use super::super::{LineOfSightModel, TidalLens};
     use super::*;
+    use crate::numerics::differences::derivative;
     use crate::profile::mass::Epl;
-    use crate::profile::mass::derivative_checks::derivative;
 
     /// 25 numbers (no rotation) times `scale`.
     fn model(numbers: &[f64], scale: f64) -> FlexionModel {

@@ -227,7 +227,7 @@ mod tests {
     use super::*;
     use crate::mapping::tidal::TidalLens;
     use crate::mapping::{Mapping, Order};
-    use crate::profile::mass::derivative_checks::derivative;
+    use crate::numerics::differences::derivative;
     use crate::profile::mass::{Epl, Nfw};
 
     /// Richardson differences with a step of 1e-3.

@@ -1,40 +1,28 @@
 //! Critical curves and caustics: on their own with the images of a source, or laid over an image.
 
+use crate::diagnostics::{CriticalCurve, CurveKind};
 use crate::plot::{Axis, Colour, Figure, Mark, Panel, Shape, Stroke};
-
-/// A critical curve with its caustic.
-#[derive(Debug, Clone, Copy)]
-pub struct CurveData<'a> {
-    /// Radial, else tangential.
-    pub radial: bool,
-    /// Whether the last point joins the first.
-    pub closed: bool,
-    /// The critical curve, arcsec.
-    pub theta_arcsec: &'a [[f64; 2]],
-    /// The caustic, arcsec.
-    pub beta_arcsec: &'a [[f64; 2]],
-}
 
 /// Critical curves with the images (of a source, if one is given with them) on the left, caustics with the source on the
 /// right; all in arcsec, the window of the critical curves so wide.
 pub fn curves(
-    curves: &[CurveData],
+    curves: &[CriticalCurve],
     images: Option<(&[[f64; 2]], [f64; 2])>,
     half_width_arcsec: f64,
 ) -> Figure {
-    let extent = curves.iter().flat_map(|c| c.beta_arcsec).chain(images.as_ref().map(|(_, source)| source));
+    let extent = curves.iter().flat_map(|c| &c.beta_arcsec).chain(images.as_ref().map(|(_, source)| source));
     let reach = extent.flatten().fold(0.0_f64, |m, v| if v.is_finite() { m.max(v.abs()) } else { m });
     let caustic_half = if reach > 0.0 { 1.45 * reach.min(half_width_arcsec) } else { half_width_arcsec };
     let panel = |half: f64,
                  symbol: &str,
-                 pick: for<'a> fn(&CurveData<'a>) -> &'a [[f64; 2]],
+                 pick: fn(&CriticalCurve) -> &[[f64; 2]],
                  (points, legend): (Vec<_>, &str)| {
         let axis = |c: &str| Axis::linear(&format!("{symbol}_{{{c}}} [arcsec]")).between(-half, half);
-        let names = [(false, "tangential"), (true, "radial")];
-        let first = names.map(|(radial, name)| (curves.iter().position(|c| c.radial == radial), name));
-        let named = |(i, curve): (usize, &CurveData)| {
+        let names = [(CurveKind::Tangential, "tangential"), (CurveKind::Radial, "radial")];
+        let first = names.map(|(kind, name)| (curves.iter().position(|c| c.kind == kind), name));
+        let named = |(i, curve): (usize, &CriticalCurve)| {
             let name = first.iter().find(|(first, _)| *first == Some(i)).map_or("", |(_, name)| *name);
-            let colour = if curve.radial { Colour::ORANGE } else { Colour::BLUE };
+            let colour = if curve.kind == CurveKind::Radial { Colour::ORANGE } else { Colour::BLUE };
             line(pick(curve), curve, colour, WIDTH_PT).named(name)
         };
         let (colour, radius_pt, opacity) = (Colour::BLACK, 2.2, 1.0);
@@ -44,25 +32,25 @@ pub fn curves(
     };
     let (images, source) = images.map_or((Vec::new(), Vec::new()), |(i, s)| (i.to_vec(), vec![s]));
     let panels = [
-        panel(half_width_arcsec, "θ", |c| c.theta_arcsec, (images, "images")),
-        panel(caustic_half, "β", |c| c.beta_arcsec, (source, "source")),
+        panel(half_width_arcsec, "θ", |c| &c.theta_arcsec, (images, "images")),
+        panel(caustic_half, "β", |c| &c.beta_arcsec, (source, "source")),
     ];
     Figure::full_width("Critical curves and caustics", 1.0, 2, panels)
 }
 
 /// Critical curves (and, dashed fine, caustics) to be drawn over a map or an image.
-pub fn overlay(curves: &[CurveData], colour: Colour) -> Vec<Mark> {
-    let critical = curves.iter().map(|c| line(c.theta_arcsec, c, colour, WIDTH_PT));
-    critical.chain(curves.iter().map(|c| line(c.beta_arcsec, c, colour, 0.5))).collect()
+pub fn overlay(curves: &[CriticalCurve], colour: Colour) -> Vec<Mark> {
+    let critical = curves.iter().map(|c| line(&c.theta_arcsec, c, colour, WIDTH_PT));
+    critical.chain(curves.iter().map(|c| line(&c.beta_arcsec, c, colour, 0.5))).collect()
 }
 
 const WIDTH_PT: f64 = 0.9;
 
 /// Solid where tangential, dashed where radial.
-fn line(points: &[[f64; 2]], curve: &CurveData, colour: Colour, width_pt: f64) -> Mark {
+fn line(points: &[[f64; 2]], curve: &CriticalCurve, colour: Colour, width_pt: f64) -> Mark {
     let again = curve.closed.then(|| points.first()).flatten();
     let points: Vec<[f64; 2]> = points.iter().chain(again).copied().collect();
-    Mark::line(points, Stroke { colour, width_pt, is_dashed: curve.radial })
+    Mark::line(points, Stroke { colour, width_pt, is_dashed: curve.kind == CurveKind::Radial })
 }
 
 #[cfg(test)]
@@ -71,11 +59,13 @@ mod tests {
 
     #[test]
     fn curves_are_closed_and_named_once() {
-        let ring = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]];
-        let one = CurveData { radial: true, closed: true, theta_arcsec: &ring, beta_arcsec: &ring };
-        let marks = overlay(&[one, one], Colour::WHITE);
+        let ring = vec![[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]];
+        let (kind, closed) = (CurveKind::Radial, true);
+        let one = CriticalCurve { kind, closed, theta_arcsec: ring.clone(), beta_arcsec: ring.clone() };
+        let two = [one.clone(), one];
+        let marks = overlay(&two, Colour::WHITE);
         assert_eq!((marks.len(), marks[0].points().len()), (4, 4));
-        let figure = curves(&[one, one], Some((&ring, [0.0, 0.1])), 2.0);
+        let figure = curves(&two, Some((&ring, [0.0, 0.1])), 2.0);
         let legends: Vec<&str> = figure.panels[0].marks.iter().map(|mark| mark.legend.as_str()).collect();
         assert_eq!(legends, ["radial", "", "images"]);
     }

@@ -17,7 +17,7 @@ mod trace_plot;
 
 pub use calibration::{RankHistogram, calibration};
 pub(crate) use corner::{CornerParameter, CornerPosterior, corner};
-pub(crate) use curves::{CurveData, curves, overlay};
+pub(crate) use curves::{curves, overlay};
 pub(crate) use cut::cut;
 pub(crate) use cylinder::{CylinderData, cylinder};
 pub use grid::GridData;

@@ -1,8 +1,6 @@
 //! Mass profiles: potential ψ, deflection α = ∇ψ, Hessian and third derivatives, all analytic.
 
 mod boxy_epl;
-#[cfg(test)]
-pub(crate) mod derivative_checks;
 mod einstein_radius;
 mod epl;
 mod external;

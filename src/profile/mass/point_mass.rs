@@ -3,7 +3,7 @@
 use super::radial::{Radial, RadialLaw, by_scale};
 use crate::error::{Domain, Result};
 use crate::numerics::real::Real;
-use crate::profile::parameter::{Name, Parameter, exactly};
+use crate::profile::parameter::{Name, Parameter, exactly, placed_ellipse};
 
 /// Point mass of Einstein radius θ_E: α = θ_E²/r²·θ, ψ = θ_E² ln r (r in arcsec), as lenstronomy's `POINT_MASS`.
 ///
@@ -25,8 +25,7 @@ const EINSTEIN_RADIUS: Parameter = Parameter { domain: Domain::POSITIVE, ..Param
 
 impl RadialLaw for PointMassLaw {
     const NAMES: &'static [Name] = &[Name { name: "POINT_MASS", held: &[("e1", 0.0), ("e2", 0.0)] }];
-    const PARAMETERS: &'static [Parameter] =
-        &[EINSTEIN_RADIUS, Parameter::E1, Parameter::E2, Parameter::CENTRE_X, Parameter::CENTRE_Y];
+    const PARAMETERS: &'static [Parameter] = &placed_ellipse![EINSTEIN_RADIUS];
 
     fn of_parameters(values: &[f64]) -> Result<PointMass> {
         let [einstein_radius, e1, e2, x, y] = exactly(values)?;

@@ -8,7 +8,7 @@ use crate::numerics::elementary::Elementary;
 use crate::numerics::quadrature::integrate;
 use crate::numerics::real::Real;
 use crate::profile::light::{B_N_SLOPE, b_n};
-use crate::profile::parameter::{Guess, Name, Parameter, PriorShape, Role, exactly};
+use crate::profile::parameter::{Guess, Name, Parameter, PriorShape, Role, exactly, placed_ellipse};
 
 /// Sérsic lens κ = k_eff·exp{−b_n[(r/R)^{1/n} − 1]}; with elliptical isopotentials lenstronomy's `SERSIC_ELLIPSE_POTENTIAL`.
 ///
@@ -54,14 +54,10 @@ impl RadialLaw for SersicLaw {
         Name { name: "SERSIC_ELLIPSE_POTENTIAL", held: &[] },
         Name { name: "SERSIC", held: &[("e1", 0.0), ("e2", 0.0)] },
     ];
-    const PARAMETERS: &'static [Parameter] = &[
+    const PARAMETERS: &'static [Parameter] = &placed_ellipse![
         K_EFF,
         Parameter::SERSIC_RADIUS,
-        Parameter { guess: Guess::Fixed(4.0), ..Parameter::SERSIC_INDEX },
-        Parameter::E1,
-        Parameter::E2,
-        Parameter::CENTRE_X,
-        Parameter::CENTRE_Y,
+        Parameter { guess: Guess::Fixed(4.0), ..Parameter::SERSIC_INDEX }
     ];
 
     fn of_parameters(values: &[f64]) -> Result<SersicMass> {

@@ -6,7 +6,7 @@ use super::radial::{Radial, RadialLaw, by_scale};
 use crate::error::Result;
 use crate::numerics::quadrature::integrate;
 use crate::numerics::real::Real;
-use crate::profile::parameter::{Name, Parameter, PriorShape, exactly};
+use crate::profile::parameter::{Name, Parameter, PriorShape, exactly, placed_ellipse};
 
 /// Truncated NFW halo: the NFW halo of (r_s, α_Rs) cut off around r_t = τ r_s, as lenstronomy's `TNFW`.
 ///
@@ -31,15 +31,7 @@ const TRUNCATION_RADIUS: Parameter = Parameter {
 
 impl RadialLaw for TruncatedNfwLaw {
     const NAMES: &'static [Name] = &[Name { name: "TNFW", held: &[("e1", 0.0), ("e2", 0.0)] }];
-    const PARAMETERS: &'static [Parameter] = &[
-        SCALE_RADIUS,
-        ALPHA_RS,
-        TRUNCATION_RADIUS,
-        Parameter::E1,
-        Parameter::E2,
-        Parameter::CENTRE_X,
-        Parameter::CENTRE_Y,
-    ];
+    const PARAMETERS: &'static [Parameter] = &placed_ellipse![SCALE_RADIUS, ALPHA_RS, TRUNCATION_RADIUS];
 
     fn of_parameters(values: &[f64]) -> Result<TruncatedNfw> {
         let [r_s, alpha_rs, r_trunc, e1, e2, x, y] = exactly(values)?;
@@ -134,7 +126,7 @@ impl TruncatedNfw {
 
 /// ∫₀ᵘ m du′ of the truncated lens by Gauss–Legendre in √u′ on logarithmic panels (the closed form needs dilogarithms).
 ///
-/// Relative accuracy 1e-12 (`derivatives_are_consistent`).
+/// Relative accuracy 1e-12 (`tests/properties/profiles.rs`).
 pub fn potential(u: f64, tau: f64) -> f64 {
     /// Panels halve √u down to 2⁻²⁶ of it; what lies below is 1e-15 of the whole.
     const PANELS: i32 = 26;
@@ -149,49 +141,4 @@ pub fn potential(u: f64, tau: f64) -> f64 {
             integrate(low, x * 0.5f64.powi(i), 1, integrand)
         })
         .sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::MassProfile;
-    use super::super::derivative_checks::assert_consistent;
-    use super::super::nfw::M_AT_R_S;
-    use super::*;
-    use proptest::prelude::*;
-
-    /// Richardson differences with a step of 2% of the radius; far outside r_t the closed form cancels to 1e-10.
-    const DIFFERENCES: f64 = 2e-8;
-
-    proptest! {
-        #[test]
-        fn derivatives_are_consistent(lg in -4.0..1.5_f64, phi in 0.0..std::f64::consts::TAU, lg_tau in -0.5..2.0_f64) {
-            let r = 10f64.powf(lg);
-            let halo = TruncatedNfw::new(1.0, 0.3, 10f64.powf(lg_tau), [0.0, 0.0]).unwrap();
-            assert_consistent(&halo, r * phi.cos(), r * phi.sin(), 0.02 * r, DIFFERENCES);
-        }
-    }
-
-    #[test]
-    fn without_truncation_it_is_the_nfw_lens() {
-        let (cut, nfw) = (
-            TruncatedNfw::new(1.3, 0.2, 1.3e6, [0.0, 0.0]).unwrap(),
-            Nfw::new(1.3, 0.2, [0.0, 0.0]).unwrap(),
-        );
-        for r in [1e-3, 0.3, 1.3, 4.0, 90.0] {
-            let (a, b) = (cut.deflection(r, 0.0)[0], nfw.deflection(r, 0.0)[0]);
-            // The difference is O(r²/r_t²) and π r_s/r_t.
-            assert!((a / b - 1.0).abs() < 1e-5, "{r}: {a} {b}");
-        }
-    }
-
-    #[test]
-    fn total_mass_is_the_published_one() {
-        let tau = 7.0_f64;
-        let halo = TruncatedNfw::new(1.0, M_AT_R_S, tau, [0.0, 0.0]).unwrap();
-        let t2 = tau * tau;
-        let total =
-            t2 / (t2 + 1.0).powi(2) * ((t2 - 1.0) * tau.ln() + std::f64::consts::PI * tau - (t2 + 1.0));
-        let r = 1e4;
-        assert!((r * halo.deflection(r, 0.0)[0] / total - 1.0).abs() < 1e-6);
-    }
 }

@@ -1,8 +1,8 @@
-//! Finite-difference checks shared by the tests of all mass profiles.
+//! Finite-difference checks.
 
-use super::{MassModel, MassProfile};
-use crate::numerics::complex::Cx;
-use crate::profile::parameter::Parameter;
+use haloray::numerics::complex::Cx;
+use haloray::profile::mass::{MassModel, MassProfile};
+use haloray::profile::registry::Parameter;
 
 /// Each ∂α/∂p against differences of the profiles that `build` makes of parameters, to `relative` of the largest.
 pub fn assert_parameter_derivatives(
