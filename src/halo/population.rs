@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::mass_table::MassTable;
 use super::nfw_parameters::NfwScaling;
 use crate::cosmology::Background;
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 use crate::numerics::spline::UniformSpline;
 
 /// Geometry and limits of the population.
@@ -66,21 +66,17 @@ impl Population {
         epoch: Epoch,
         dn_dlnm_per_cmpc3: impl Fn(f64, f64) -> f64 + Sync,
     ) -> Result<Self> {
-        require(z_source > 0.0, "z_source", z_source, "positive")?;
-        require(limits.radius_cmpc > 0.0, "radius_cmpc", limits.radius_cmpc, "positive")?;
-        require(
-            limits.min_point_shear >= 0.0,
-            "min_point_shear",
-            limits.min_point_shear,
-            "zero or positive",
-        )?;
-        require(limits.mass_min_msun > 0.0, "mass_min_msun", limits.mass_min_msun, "positive")?;
-        require(
-            limits.mass_max_msun > limits.mass_min_msun,
-            "mass_max_msun",
-            limits.mass_max_msun,
-            &format!("above mass_min_msun = {:e}", limits.mass_min_msun),
-        )?;
+        let PopulationLimits { radius_cmpc, min_point_shear, mass_min_msun, mass_max_msun } = limits;
+        for (domain, name, value) in [
+            (Domain::POSITIVE, "z_source", z_source),
+            (Domain::POSITIVE, "radius_cmpc", radius_cmpc),
+            (Domain::NON_NEGATIVE, "min_point_shear", min_point_shear),
+            (Domain::POSITIVE, "mass_min_msun", mass_min_msun),
+        ] {
+            domain.check(name, value)?;
+        }
+        let allowed = format!("above mass_min_msun = {mass_min_msun:e}");
+        Domain::above(mass_min_msun).check_in_words("mass_max_msun", mass_max_msun, &allowed)?;
         let chi_source = background.comoving_distance_mpc(z_source);
         let slab_cmpc = chi_source / SLABS as f64;
         let at = |z: f64| {

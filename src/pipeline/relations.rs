@@ -2,7 +2,7 @@
 
 use super::haloes::linear_theory;
 use crate::config::{Config, HALO_MASS_DEFINITION};
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 
 /// σ(M), peak height, mass function and concentration at some masses and redshifts, column by column.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,10 +30,10 @@ impl Relations {
     /// When a redshift is negative or the mass function does not cover its mass definition there.
     pub fn of(config: &Config, z: &[f64], m200c_msun: &[f64]) -> Result<Self> {
         for &z in z {
-            require((0.0..=20.0).contains(&z), "z", z, "from 0 to 20")?;
+            Domain::from_to(0.0, 20.0).check("z", z)?;
         }
         for &mass in m200c_msun {
-            require(mass > 0.0, "m200c_msun", mass, "positive")?;
+            Domain::POSITIVE.check("m200c_msun", mass)?;
         }
         let linear = linear_theory(config)?;
         let z_max = z.iter().copied().fold(0.0, f64::max);

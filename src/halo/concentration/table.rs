@@ -2,7 +2,7 @@
 
 use super::ConcentrationRelation;
 use crate::cosmology::LinearTheory;
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 use crate::numerics::spline::UniformSpline;
 
 /// Knot spacing in ln M, that of the σ(M) table.
@@ -38,8 +38,8 @@ impl ConcentrationTable {
         mass_min_msun: f64,
         mass_max_msun: f64,
     ) -> Result<Self> {
-        require(mass_min_msun > 0.0, "mass_min_msun", mass_min_msun, "positive")?;
-        require(mass_max_msun > mass_min_msun, "mass_max_msun", mass_max_msun, "above mass_min_msun")?;
+        Domain::POSITIVE.check("mass_min_msun", mass_min_msun)?;
+        Domain::above(mass_min_msun).check_in_words("mass_max_msun", mass_max_msun, "above mass_min_msun")?;
         let range = (mass_max_msun / mass_min_msun).ln();
         let intervals = (range / DLN_MASS).ceil().max(4.0);
         let step = range / intervals;

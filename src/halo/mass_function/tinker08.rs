@@ -2,7 +2,7 @@
 
 use super::MassFunction;
 use crate::cosmology::Background;
-use crate::error::{Error, Result, require};
+use crate::error::{Domain, Error, Result};
 use crate::halo::MassDefinition;
 
 /// Table 2: Δ_m, A, a, b, c at z = 0.
@@ -45,7 +45,7 @@ impl Tinker08 {
     ///
     /// Δ_m never rises with redshift for any definition, so both ends decide.
     pub fn new(definition: MassDefinition, background: Background, z_max: f64) -> Result<Self> {
-        require(z_max >= 0.0, "z_max", z_max, "at least 0")?;
+        Domain::NON_NEGATIVE.check_in_words("z_max", z_max, "at least 0")?;
         for z in [0.0, z_max] {
             let given = match definition.mean_overdensity(&background, z) {
                 Some(overdensity) if overdensity > 200.0 - ROUNDING && overdensity < 3200.0 + ROUNDING => {

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 
 /// `"exact"`, or the largest |β − β_exact| allowed, in arcsec.
 ///
@@ -38,12 +38,11 @@ impl Accuracy {
     /// # Errors
     /// Unless it is; the number is called `name`.
     pub fn validate(&self, name: &str) -> Result<()> {
-        match self {
-            Self::WithinArcsec(arcsec) => {
-                require(*arcsec > 0.0, name, *arcsec, "\"exact\" or a positive number of arcsec")
-            }
-            Self::Exact(_) => Ok(()),
+        if let Self::WithinArcsec(arcsec) = self {
+            let allowed = "\"exact\" or a positive number of arcsec";
+            Domain::POSITIVE.check_in_words(name, *arcsec, allowed)?;
         }
+        Ok(())
     }
 }
 
