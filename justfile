@@ -94,6 +94,10 @@ closure:
 blind-starts:
     cargo run --release --example blind_starts | python3 data/oracle/page.py docs/BLIND_STARTS.md "just blind-starts"
 
+# do starts of composite lenses end as high as climbs from the truth? 64 systems of three seeds; writes docs/COMPOSITE_STARTS.md
+composite-starts:
+    cargo run --release --example composite_starts -- 64 101 102 103 | python3 data/oracle/page.py docs/COMPOSITE_STARTS.md "just composite-starts"
+
 # section 3: 64 images fitted with four models, under two hours on two cores; writes docs/CATALOGUE.md
 catalogue:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue

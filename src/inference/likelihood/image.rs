@@ -64,6 +64,11 @@ impl ImageLikelihood {
         &self.mesh
     }
 
+    /// The same image under the simpler model that prepares the fit of this one.
+    pub(in crate::inference) fn simpler(&self) -> Option<Self> {
+        Some(Self { model: self.model.simpler()?.clone(), ..self.clone() })
+    }
+
     /// The same with the background's noise raised to `background_rms_e_s`, if it is lower.
     pub(in crate::inference) fn with_noise_of_at_least(&self, background_rms_e_s: f64) -> Self {
         let mut noisier = self.clone();

@@ -39,6 +39,8 @@ pub struct CompiledModel {
     origins: Vec<Origin>,
     /// The haloes of [`LineOfSightKind::Haloes`].
     haloes: Option<Arc<HaloSight>>,
+    /// The model whose fit prepares that of this one.
+    simpler: Option<Arc<Self>>,
 }
 
 /// Amplitudes without a prior of their own: as good as flat for any image in electrons per second.
@@ -96,6 +98,8 @@ impl CompiledModel {
         if free.is_empty() {
             return Err(Error::out_of_range("number of parameters with a prior", 0, "at least 1"));
         }
+        let simpler = description.with_one_power_law();
+        let simpler = simpler.and_then(|simpler| Self::compile(&simpler, haloes.clone()).ok());
         Ok(Self {
             free,
             line_of_sight: los.model,
@@ -106,7 +110,13 @@ impl CompiledModel {
             slots: slots.0,
             origins,
             haloes,
+            simpler: simpler.map(Arc::new),
         })
+    }
+
+    /// The model whose fit prepares that of this one: one elliptical power law in place of several masses.
+    pub(in crate::inference) fn simpler(&self) -> Option<&Self> {
+        self.simpler.as_deref()
     }
 
     /// Number of amplitudes, one a light.

@@ -5,6 +5,7 @@ mod compiled;
 mod description;
 mod likelihood_kind;
 mod mesh;
+mod simpler;
 mod slots;
 
 pub(crate) use brightness::Evaluation;

@@ -3,6 +3,7 @@
 mod climb;
 mod conditional_maximum;
 mod expansion;
+mod guess;
 mod start;
 
 pub use climb::Maximum;

@@ -1,0 +1,74 @@
+//! Do blind starts of composite lenses end as high as climbs from the truth? Systems of `haloray mock`, model `comprehensive`.
+//!
+//! A start is on a wrong maximum if its ln p is more than 1 below that of a climb that begins at the truth.
+//!
+//! cargo run --release --example composite_starts -- 64 101 102 103    # 64 systems of each of the seeds
+
+use haloray::imaging::{Instrument, PixelSampling, Psf};
+use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
+use haloray::inference::{ImageLikelihood, Observation, StartSearch, climb_from};
+use haloray::mock::{MockImage, MockSystem, Protocol};
+use haloray::monitor::Silent;
+use haloray::{Error, Result};
+use rayon::prelude::*;
+
+fn main() -> Result<()> {
+    let number = |text: String| {
+        text.parse::<u64>()
+            .map_err(|_| Error::out_of_range("argument", &text, "a number of systems, then seeds"))
+    };
+    let numbers: Vec<u64> = std::env::args().skip(1).map(number).collect::<Result<_>>()?;
+    let (systems, seeds) = numbers.split_first().map_or((64, [101].as_slice()), |(n, seeds)| (*n, seeds));
+    println!(
+        "| seed | system | ln p of the start less that from the truth | χ² per degree of freedom | evaluations |"
+    );
+    println!("|---:|---:|---:|---:|---:|");
+    let all: Vec<(u64, u64)> = seeds.iter().flat_map(|seed| (0..systems).map(move |k| (*seed, k))).collect();
+    let below: Vec<f64> = all
+        .into_par_iter()
+        .map(|(seed, system)| {
+            let (likelihood, truth) = mock(seed, system)?;
+            let from_truth = climb_from(&likelihood, truth)?;
+            let mut search = StartSearch::default();
+            while !search.is_done(&likelihood) {
+                search.advance(&likelihood, seed, &Silent)?;
+            }
+            let best = search.best().unwrap_or(&from_truth);
+            let gain = best.log_posterior - from_truth.log_posterior;
+            let values = likelihood.model().at_latent(&best.latent).0;
+            let chi2 =
+                likelihood.image(&values).map_or(f64::INFINITY, |image| likelihood.chi2_reduced(&image));
+            println!("| {seed} | {system} | {gain:.2} | {chi2:.3} | {} |", search.evaluations());
+            Ok(gain)
+        })
+        .collect::<Result<_>>()?;
+    let count = |is: &dyn Fn(f64) -> bool| below.iter().filter(|gain| is(**gain)).count();
+    println!(
+        "\n{} of {} end as high as from the truth, or higher; ",
+        count(&|gain| gain >= -1.0),
+        below.len()
+    );
+    println!("{} end more than 1 higher, {} on a wrong maximum.", count(&|g| g > 1.0), count(&|g| g < -1.0));
+    Ok(())
+}
+
+/// The likelihood of an image, and the truth in its latent coordinates.
+fn mock(seed: u64, system: u64) -> Result<(ImageLikelihood, Vec<f64>)> {
+    let camera = Instrument::default();
+    let system = MockSystem::draw(&Protocol::paper(), seed, system, camera.pixel_scale_arcsec)?;
+    let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
+    let exposure = MockImage::expose(&system, &camera, &psf, PixelSampling::Point, seed)?.exposure;
+    let observation = Observation::of_camera(exposure.grid, exposure.noisy_e_s, &camera, psf);
+    let model = CompiledModel::new(&ModelDescription::built_in("comprehensive")?)?;
+    let likelihood = ImageLikelihood::new(observation, model, LikelihoodKind::Gaussian, &Silent)?;
+    let truths = system.truths();
+    let latent_of = |(name, prior): (&String, &haloray::inference::Prior)| {
+        let truth = truths.iter().find(|(known, _)| known == name);
+        let (_, value) =
+            truth.ok_or_else(|| Error::out_of_range("a free parameter", name, "one of the mock's"))?;
+        Ok(prior.to_latent(*value))
+    };
+    let free = likelihood.model().free.iter().map(|p| (&p.name, &p.prior));
+    let truth = free.map(latent_of).collect::<Result<_>>()?;
+    Ok((likelihood, truth))
+}
