@@ -1,5 +1,6 @@
 //! From a preset and a user's file to a resolved [`Config`], or an error with line and column.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -46,7 +47,15 @@ impl Preset {
 /// with file, line and column.
 pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
     let path = user.unwrap_or(Path::new("preset"));
-    let bytes = user.map_or(Ok(Vec::new()), |path| std::fs::read(path).map_err(Error::read(path)))?;
+    let bytes = user.map_or(Ok(Vec::new()), |path| {
+        let found = std::fs::metadata(path).map_err(Error::read(path))?;
+        // A pipe or a device may never end.
+        if !found.is_file() && !found.is_dir() {
+            let problem = "it is a pipe or a device, but must be an ordinary file";
+            return Err(Error::read(path)(std::io::Error::new(ErrorKind::InvalidInput, problem)));
+        }
+        std::fs::read(path).map_err(Error::read(path))
+    })?;
     let no_text =
         |_| Error::Toml { path: path.into(), at: None, problem: "is not a TOML file: not UTF-8 text".into() };
     let text = String::from_utf8(bytes).map_err(no_text)?;

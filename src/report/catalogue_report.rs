@@ -87,7 +87,9 @@ impl CatalogueReport {
         columns.push(column("divergences", &|f, _| f.divergences as f64));
         columns.push(column("evaluations", &|f, _| f.evaluations as f64));
         columns.push(text("unbounded", &|f| f.unbounded.join(" ")));
-        Table::new(columns)
+        // A fit may leave any of them unknown.
+        let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
+        Ok(Table::new(columns)?.with_gaps_in(names.iter().map(String::as_str)))
     }
 
     /// The paper's Table 2 in Markdown, the paper's numbers in a second column where it has them.

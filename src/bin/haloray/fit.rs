@@ -14,7 +14,9 @@ use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
-use haloray::io::{Provenance, Saved, Staging, hash, read_checkpoint, read_observation, write_checkpoint};
+use haloray::io::{
+    Provenance, Saved, Staging, hash, read_checkpoint, read_observation, read_text, write_checkpoint,
+};
 use haloray::monitor::Monitor;
 use haloray::report::{FitSummary, write_fit};
 use haloray::{Error, Result};
@@ -299,13 +301,13 @@ pub fn description(model: &str) -> Result<ModelDescription> {
     if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
         return ModelDescription::built_in(model);
     }
-    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
+    let text = read_text(path)?;
     ModelDescription::parse(&text)
         .map_err(|error| Error::Model { model: model.into(), problem: error.to_string().trim_end().into() })
 }
 
 fn read_truths(path: &Path) -> Result<Vec<(String, f64)>> {
-    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
+    let text = read_text(path)?;
     let values: std::collections::BTreeMap<String, f64> = serde_json::from_str(&text).map_err(|e| {
         Error::file(FileFault::Content, path, format!("not a JSON object of numbers by parameter name: {e}"))
     })?;

@@ -80,6 +80,8 @@ pub struct Table {
     path: PathBuf,
     /// Line of each row in the CSV file it was read from; empty for other origins.
     line_of_row: Vec<u64>,
+    /// Columns in which a value may be no number.
+    with_gaps: Vec<String>,
 }
 
 impl Table {
@@ -103,7 +105,7 @@ impl Table {
                 ));
             }
         }
-        Ok(Self { columns, path: PathBuf::new(), line_of_row: Vec::new() })
+        Ok(Self { columns, path: PathBuf::new(), line_of_row: Vec::new(), with_gaps: Vec::new() })
     }
 
     /// A table just read from `path`, which must be rectangular, with different names and rows.
@@ -122,6 +124,28 @@ impl Table {
     pub fn with(self, column: Column) -> Result<Self> {
         let table = Self::new(self.columns.into_iter().chain([column]).collect())?;
         Ok(Self { columns: table.columns, ..self })
+    }
+
+    /// The table with columns in which a value may be no number: a user's own, or what is not always known.
+    pub fn with_gaps_in<'a>(mut self, names: impl Iterator<Item = &'a str>) -> Self {
+        self.with_gaps.extend(names.map(String::from));
+        self
+    }
+
+    /// Refuses to let a number leave that is none.
+    ///
+    /// # Errors
+    /// [`Error::Table`] with row and column.
+    pub(super) fn check_finite(&self, path: &Path) -> Result<()> {
+        for column in self.columns.iter().filter(|column| !self.with_gaps.contains(&column.name)) {
+            let Values::F64(values) = &column.values else { continue };
+            if let Some(row) = values.iter().position(|value| !value.is_finite()) {
+                let place = format!("row {}, column {}", row + 1, column.name);
+                let problem = format!("the result is {}, no finite number; nothing is written", values[row]);
+                return Err(Error::table(path, place, problem));
+            }
+        }
+        Ok(())
     }
 
     /// The columns in the order of the file.
@@ -318,6 +342,19 @@ mod tests {
             error.contains("column mine_arcsec: has the unit 'furlong', but must be arcsec, arcmin"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn a_result_that_is_no_number_is_not_written_but_a_gap_of_the_users_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let provenance = crate::io::Provenance::new(None, "");
+        for name in ["t.csv", "t.h5", "t.fits"] {
+            let path = folder.path().join(name);
+            let error = sample().write(&path, "rays", &provenance).unwrap_err().to_string();
+            assert!(error.contains("row 2, column z: the result is NaN") && !path.exists(), "{error}");
+            sample().with_gaps_in(["z"].into_iter()).write(&path, "rays", &provenance).unwrap();
+            assert!(path.exists());
+        }
     }
 
     #[test]

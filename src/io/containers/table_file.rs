@@ -27,9 +27,12 @@ impl Table {
     /// HDF5 and FITS, beside a CSV as `NAME.csv.provenance.toml`. Same data, same bytes.
     ///
     /// # Errors
-    /// [`Error::File`] for another extension, [`Error::OutputPlace`], [`Error::Write`].
+    /// [`Error::File`] for another extension, [`Error::Table`] for a number that is not finite, [`Error::OutputPlace`],
+    /// [`Error::Write`].
     pub fn write(&self, path: &Path, group: &str, provenance: &Provenance) -> Result<()> {
-        match Format::to_write(path)? {
+        let format = Format::to_write(path)?;
+        self.check_finite(path)?;
+        match format {
             Format::Csv => table_csv::write(self, path, provenance),
             Format::Hdf5 => {
                 atomic_file::write_atomically(path, |p| table_hdf5::write(self, p, group, provenance))

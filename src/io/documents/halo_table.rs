@@ -126,7 +126,8 @@ fn check_same_source(table: &Table, haloes: &HaloCatalogue, m200c_msun: &[f64], 
 /// # Errors
 /// When a user's column has the name of one of ours.
 pub fn halo_table(haloes: &HaloCatalogue) -> Result<Table> {
-    Table::new(halo_columns(haloes))
+    let table = Table::new(halo_columns(haloes))?;
+    Ok(table.with_gaps_in(haloes.extra.iter().map(|(name, _)| name.as_str())))
 }
 
 pub(super) fn halo_columns(haloes: &HaloCatalogue) -> Vec<Column> {

@@ -88,6 +88,11 @@ impl ImageFile {
     pub fn write(&self, path: &Path, provenance: &Provenance) -> Result<()> {
         check_size("image", self.data.len(), self.nx, self.ny)?;
         Domain::POSITIVE.check("pixel scale (arcsec)", self.pixel_scale_arcsec)?;
+        let is_used = |i: usize| self.mask.as_ref().is_none_or(|mask| mask.get(i).copied().unwrap_or(true));
+        if let Some(i) = (0..self.data.len()).find(|&i| is_used(i) && !self.data[i].is_finite()) {
+            let what = format!("pixel x = {}, y = {} (counted from 1)", i % self.nx + 1, i / self.nx + 1);
+            return Err(Error::out_of_range(&what, self.data[i], "a finite number"));
+        }
         let mut primary = Hdu::primary_image(image(self.nx, self.ny, PixelData::F64(self.data.clone())));
         let header = &mut primary.header;
         if self.psf.is_some() || self.mask.is_some() {
@@ -208,9 +213,13 @@ mod tests {
         nan.data[2] = f64::NAN;
         let (_folder, path) = write(&nan);
         assert_eq!(ImageFile::read(&path).unwrap().data[2], 0.0);
-        nan.mask = None;
-        let (_folder, path) = write(&nan);
+        let mut units = fits::read(&path).unwrap();
+        units.pop();
+        fits::write(&path, units).unwrap();
         let error = ImageFile::read(&path).unwrap_err().to_string();
+        nan.mask = None;
+        let refused = nan.write(&path, &Provenance::new(None, "")).unwrap_err().to_string();
+        assert!(refused.contains("pixel x = 3, y = 1 (counted from 1) is NaN"), "{refused}");
         assert!(error.contains("pixel x = 3, y = 1 (counted from 1) is NaN; finite numbers only"), "{error}");
     }
 

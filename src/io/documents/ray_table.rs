@@ -75,6 +75,8 @@ impl Points {
     pub fn with(&self, results: Vec<Column>) -> Result<Table> {
         let is_result = |c: &&Column| results.iter().any(|r| r.name.eq_ignore_ascii_case(&c.name));
         let kept: Vec<Column> = self.table.columns().iter().filter(|c| !is_result(c)).cloned().collect();
-        Table::new(kept.into_iter().chain(results).collect())
+        let names: Vec<String> = kept.iter().map(|column| column.name.clone()).collect();
+        let table = Table::new(kept.into_iter().chain(results).collect())?;
+        Ok(table.with_gaps_in(names.iter().map(String::as_str)))
     }
 }

@@ -12,6 +12,7 @@ use self::arguments::Arguments;
 use self::line_of_sight::LINES_OF_SIGHT;
 use crate::cosmology::Background;
 use crate::error::{Domain, Error, FileFault, Result};
+use crate::io::containers::read_text;
 use crate::mapping::Mapping;
 use crate::mapping::multiplane::GeneralMultiPlane;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
@@ -95,7 +96,7 @@ impl LensOfFile {
 /// Text that is not such a model, names that cannot be represented (all of them listed), parameters missing, unknown
 /// or outside their domain; every message names the file.
 pub fn read_lens_model(path: &Path, default_background: &Background) -> Result<LensModelFile> {
-    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
+    let text = read_text(path)?;
     let file: ModelFile = serde_json::from_str(&text)
         .map_err(|e| Error::file(FileFault::LensModel, path, format!("not a lens model: {e}")))?;
     file.build(default_background).map_err(|error| error.in_file(FileFault::LensModel, path))
