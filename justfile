@@ -123,3 +123,8 @@ bench-nested: oracle-setup
     cargo build --release
     .venv/bin/python data/oracle/nested_lenstronomy.py --binary target/release/haloray --live 1000 --effective 10000 \
         --summary docs/FIT_NESTED.md
+
+# mutated inputs of every format through library and binary; counts into docs/RELIABILITY.md
+fuzz MINUTES="10" SEED="1":
+    cargo build --release --bin haloray --example fuzz
+    nice -n 19 target/release/examples/fuzz target/release/haloray {{MINUTES}} {{SEED}} docs/RELIABILITY.md

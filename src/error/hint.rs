@@ -25,7 +25,7 @@ impl Error {
                 "`haloray fit --help` lists the keywords and extensions that an image needs: EXPTIME, BKGRMS, PSFFWHM or PSF, MASK"
             }
             Self::File { fault: FileFault::PsfKernel, .. } => {
-                "a PSF kernel is a square image of odd size, on pixels as large as those of the image; an extension PSF sums to 1"
+                "a PSF kernel is a square image of odd size, on the pixels of the image or whole parts of them; an extension PSF sums to 1"
             }
             Self::Table { kind: TableKind::Haloes, .. } => {
                 "a halo table has z,theta_x_arcsec,theta_y_arcsec and r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c"
