@@ -147,7 +147,7 @@ fn in_words(kind: &Datatype) -> String {
         Datatype::VarLen { .. } => "lists".into(),
         Datatype::Opaque { .. } => "opaque bytes".into(),
         Datatype::Reference { .. } => "references".into(),
-        Datatype::FloatingPoint { size, .. } => format!("floating-point numbers of {size} bytes"),
+        Datatype::FloatingPoint { size, .. } => format!("floating-point numbers of {size} bytes, not 4 or 8"),
         _ => "values of another type".into(),
     }
 }

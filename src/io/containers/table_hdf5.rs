@@ -27,8 +27,14 @@ pub(super) fn read(path: &Path, wanted: &str) -> Result<Table> {
         Place::Records(records) => read_records(path, records, &datasets)?,
         Place::Root => read_columns(path, &datasets)?,
         Place::Group(group) => {
-            let (_, members) = reading::members(path, group)?;
+            let (groups, members) = reading::members(path, group)?;
             match members.as_slice() {
+                [] if !groups.is_empty() => {
+                    let names: Vec<&str> = groups.iter().map(Group::name).collect();
+                    let problem =
+                        format!("/{} holds groups, no datasets: {}", group.name(), names.join(", "));
+                    return Err(Error::file(FileFault::Content, path, problem));
+                }
                 // PyTables keeps a table so.
                 [only] if is_records(only) => read_records(path, only, &members)?,
                 members => read_columns(path, members)?,
@@ -245,6 +251,12 @@ mod tests {
     fn several_groups_without_the_wanted_one_are_listed() {
         let (_folder, path) = foreign(&[("maps/z", &[0.5]), ("rays/z", &[1.0])]);
         assert_eq!(fault(&path), "FILE: holds no group /haloes; the groups are /maps, /rays");
+    }
+
+    #[test]
+    fn a_group_of_groups_is_no_table() {
+        let (_folder, path) = foreign(&[("a/haloes/z", &[0.5])]);
+        assert_eq!(fault(&path), "FILE: /a holds groups, no datasets: haloes");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use fitskit::{Hdu, HduData, Header, PixelData};
 use super::exposure_keywords::ExposureKeywords;
 use super::flux_unit;
 use super::image_fits::{ImageFile, PsfKernel};
-use super::image_wcs::{pixel_scale_arcsec, rotation_deg};
+use super::image_wcs::{pixel_scale_arcsec, rotation_deg, rounded};
 use crate::error::{Error, FileFault, Result};
 use crate::io::containers::fits_file as fits;
 
@@ -213,9 +213,10 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
     let whole = parts.round();
     if !(1.0..=FINEST).contains(&whole) || (parts / whole - 1.0).abs() > SCALE_TOLERANCE {
         return fault(format!(
-            "the PSF has pixels of {} arcsec, but must have those of the image, {image_scale_arcsec} arcsec, \
+            "the PSF has pixels of {} arcsec, but must have those of the image, {} arcsec, \
              or a half, a third … a 64th of them",
-            own_scale.unwrap_or(image_scale_arcsec)
+            rounded(own_scale.unwrap_or(image_scale_arcsec)),
+            rounded(image_scale_arcsec)
         ));
     }
     if whole > 1.0 {

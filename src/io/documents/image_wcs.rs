@@ -53,7 +53,7 @@ pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<Option<
         let Some([[a, b], [c, d]]) = matrix else { continue };
         let (x, y) = (a.hypot(c), b.hypot(d));
         if (x - y).abs() > SQUARE_TOLERANCE * x.max(y) {
-            return fault(format!("the pixels are not square: {x} by {y} arcsec"));
+            return fault(format!("the pixels are not square: {} by {} arcsec", rounded(x), rounded(y)));
         }
         if (a * b + c * d).abs() > SQUARE_TOLERANCE * x * y {
             return fault(format!("the pixels are sheared: {name} = [[{a}, {b}], [{c}, {d}]] arcsec"));
@@ -69,10 +69,9 @@ pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<Option<
     let Some(&(first_name, first)) = stated.first() else { return Ok(None) };
     let differs = |by: f64| move |(_, scale): &&(&str, f64)| (scale - first).abs() > by * first;
     if let Some((name, scale)) = stated.iter().find(differs(ROUNDED_TOLERANCE)) {
-        let problem = "contradict each other; leave out the wrong one";
-        return fault(format!(
-            "the pixel scales {first} arcsec by {first_name} and {scale} arcsec by {name} {problem}"
-        ));
+        let (first, scale) = (rounded(first), rounded(*scale));
+        let two = format!("the pixel scales {first} arcsec by {first_name} and {scale} arcsec by {name}");
+        return fault(format!("{two} contradict each other; leave out the wrong one"));
     }
     let exact = stated.iter().rev().find(|&one| DIRECT.contains(&one.0) && !differs(EXACT_TOLERANCE)(&one));
     Ok(Some(exact.map_or(first, |(_, scale)| *scale)))
@@ -85,6 +84,11 @@ pub(super) fn rotation_deg(path: &Path, header: &Header) -> Result<Option<f64>> 
     };
     let old = fits::number(path, header, "CROTA2")?.unwrap_or(0.0);
     Ok(Some(b.atan2(d).to_degrees() + old))
+}
+
+/// Without the digits that only arithmetic made.
+pub(super) fn rounded(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
 }
 
 /// World coordinates in arcsec by pixel coordinates.

@@ -74,7 +74,7 @@ fn psf(path: &Path, image: &ImageFile) -> Result<Psf> {
         (None, Some(fwhm)) => {
             let truncation = image.keywords.psf_truncation_sigma.unwrap_or(DEFAULT_TRUNCATION_SIGMA);
             let width = image.nx as f64 * image.pixel_scale_arcsec;
-            let allowed = format!("between 0 and the width of the image, {width} arcsec");
+            let allowed = format!("between 0 and the width of the image, {width:.4} arcsec");
             Domain::from_to(0.0, width).check_in_words("PSFFWHM", fwhm, &allowed)?;
             let allowed = format!("above 0 and at most {LARGEST_TRUNCATION_SIGMA} standard deviations");
             Domain::above_to(0.0, LARGEST_TRUNCATION_SIGMA)
