@@ -187,6 +187,7 @@ fn binary_tables_with_bad_numbers_or_cut_short_are_refused() {
                 Column::f64(name, None, vec![0.5, if i == 3 { bad } else { 0.5 }])
             };
             let table = Table::new(columns.iter().enumerate().map(column).collect()).unwrap();
+            let table = table.with_gaps_in(columns.into_iter());
             table.write(&folder.path(name), "haloes", &Provenance::new(None, "")).unwrap();
             refuses(&folder, &trace, &[name, &format!("row 2, column r_s_arcsec: {shown}")]);
         }
@@ -256,12 +257,17 @@ fn point_spread_functions_that_are_none_are_refused() {
         (image(4, 4, 1.0, 0.08), "4×4, but must be square with an odd number of pixels"),
         (image(5, 3, 1.0, 0.08), "5×3, but must be square with an odd number of pixels"),
         (image(3, 3, -1.0, 0.08), "sum of the PSF kernel is -9, but must be positive"),
-        (image(3, 3, f64::NAN, 0.08), "PSF holds NaN; finite numbers only"),
-        (image(3, 3, 1.0, 0.04), "pixels of 0.04 arcsec, but must have those of the image, 0.08 arcsec"),
+        (image(3, 3, 1.0, 0.05), "pixels of 0.05 arcsec, but must have those of the image, 0.08 arcsec"),
     ] {
         image.write(&folder.path("psf.fits"), &Provenance::new(None, "")).unwrap();
         refuses(&folder, "image my.toml -o image.fits", &["psf.fits: ", wanted, "hint: a PSF kernel"]);
     }
+    image(3, 3, 1.0, 0.08).write(&folder.path("psf.fits"), &Provenance::new(None, "")).unwrap();
+    let mut bytes = fs::read(folder.path("psf.fits")).unwrap();
+    let pixel = bytes.windows(8).position(|part| part == 1_f64.to_be_bytes()).unwrap();
+    bytes[pixel..pixel + 8].copy_from_slice(&f64::NAN.to_be_bytes());
+    fs::write(folder.path("psf.fits"), bytes).unwrap();
+    refuses(&folder, "image my.toml -o image.fits", &["psf.fits: ", "PSF holds NaN; finite numbers only"]);
     fs::write(folder.path("psf.fits"), "P2 3 3").unwrap();
     refuses(&folder, "simulate my.toml -o run", &["psf.fits: is not a FITS file"]);
     fs::remove_file(folder.path("psf.fits")).unwrap();

@@ -194,13 +194,14 @@ fn kernel(path: &Path, pixel_scale_arcsec: f64) -> Result<Psf> {
     let read = || {
         let kernel = PsfKernel::read(path, pixel_scale_arcsec)?;
         let total: f64 = kernel.data.iter().sum();
+        let psf = Psf::kernel(kernel.nx, kernel.ny, kernel.data, kernel.oversampling)?;
         if (total - 1.0).abs() > 1e-3 {
+            let path = path.display();
             crate::terminal::warn(format_args!(
-                "{}: the kernel sums to {total:.6} and is divided by that",
-                path.display()
+                "{path}: the kernel sums to {total:.6} and is divided by that"
             ));
         }
-        Psf::kernel(kernel.nx, kernel.ny, kernel.data, kernel.oversampling)
+        Ok(psf)
     };
     read().map_err(|error: Error| error.in_file(FileFault::PsfKernel, path))
 }

@@ -23,7 +23,8 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     let read_error = Error::read(path);
     let found = std::fs::metadata(path).map_err(read_error)?;
     if found.is_dir() {
-        return Err(read_error(ErrorKind::IsADirectory.into()));
+        // With the system's own words.
+        return std::fs::read(path).map_err(read_error);
     }
     if !found.is_file() {
         let problem = "it is a pipe or a device, but must be an ordinary file";
