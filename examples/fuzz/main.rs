@@ -10,7 +10,7 @@ mod mutation;
 mod trial;
 
 use std::path::PathBuf;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use formats::{FORMATS, Format};
@@ -135,8 +135,7 @@ fn one_batch(
         eprintln!("fault: {}: {what}: target/fuzz/{name}", format.name);
     };
     let this = std::env::current_exe().expect("this program");
-    let mut child = Command::new(this);
-    child.args(["--library", &number.to_string(), &batch.to_string()]).current_dir(folder.path());
+    let child = trial::limited(&this, &format!("--library {number} {batch}"), folder.path());
     counts.library += BATCH;
     // A batch may take long for its many inputs, but not without an end.
     if let Some(what) = trial::run(child, Duration::from_secs(120)).fault() {

@@ -86,7 +86,15 @@ fn wait(child: &mut Child, longest: Duration) -> Outcome {
     }
 }
 
-/// Runs the format's command on the bytes in an empty folder, with little memory.
+/// A program with arguments, in a folder and with little memory.
+pub fn limited(program: &Path, arguments: &str, folder: &Path) -> Command {
+    let mut command = Command::new("sh");
+    let text = format!("ulimit -v {ADDRESS_SPACE_KIB}; exec \"$0\" {arguments}");
+    command.args(["-c", &text]).arg(program).current_dir(folder);
+    command
+}
+
+/// Runs the format's command on the bytes in an empty folder.
 pub fn through_binary(
     format: &Format,
     bytes: &[u8],
@@ -96,10 +104,7 @@ pub fn through_binary(
     for (name, content) in BESIDE.into_iter().chain([(format.file, bytes)]) {
         std::fs::write(folder.join(name), content).expect("a writable folder");
     }
-    let mut command = Command::new("sh");
-    let limited = format!("ulimit -v {ADDRESS_SPACE_KIB}; exec \"$0\" --threads 1 {}", format.command);
-    command.args(["-c", &limited]).arg(binary).current_dir(folder);
-    let run = run(command, LONGEST);
+    let run = run(limited(binary, &format!("--threads 1 {}", format.command), folder), LONGEST);
     let is_done = matches!(run.outcome, Outcome::Ended(0));
     let fault = run
         .fault()
