@@ -128,3 +128,8 @@ bench-nested: oracle-setup
 fuzz MINUTES="10" SEED="1":
     cargo build --release --bin haloray --example fuzz
     nice -n 19 target/release/examples/fuzz target/release/haloray {{MINUTES}} {{SEED}} docs/RELIABILITY.md
+
+# SIGKILL at N random moments of every kind of command; counts into docs/RELIABILITY.md
+kills N="1000":
+    cargo build --release
+    python3 data/oracle/kills.py target/release/haloray {{N}} docs/RELIABILITY.md

@@ -11,6 +11,7 @@ use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 use super::schema::Config;
 use crate::cosmology::{Background, BackgroundParameters};
 use crate::error::{Error, LineColumn, Result};
+use crate::halo::Epoch;
 
 /// The embedded presets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -95,7 +96,15 @@ fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
             _ => fault,
         });
     }
-    let config = Config::deserialize(Deserializer::from(merged).into_deserializer()).map_err(unreadable)?;
+    let mut config =
+        Config::deserialize(Deserializer::from(merged).into_deserializer()).map_err(unreadable)?;
+    // A preset that freezes relations does so at the lens, wherever the user puts it.
+    let own = user.get_ref().get("haloes").and_then(|section| section.get_ref().as_table());
+    if let (Epoch::FrozenZ(z), false) =
+        (&mut config.haloes.epoch, own.is_some_and(|own| own.contains_key("epoch")))
+    {
+        *z = config.line_of_sight.z_lens;
+    }
     config.validate().map_err(|fault| match &fault {
         Error::OutOfRange { what, .. } => of_key(what.clone(), fault),
         Error::MassDefinition { .. } => {
@@ -254,7 +263,38 @@ mod tests {
         let text = message("[haloes]\nepoch = { frozen = 1.0 }\n");
         assert!(text.starts_with("line 2") && text.contains("unknown variant `frozen`"), "{text}");
         let config = resolve(Preset::Paper, Path::new(""), "haloes.epoch.frozen_z = 0.3").unwrap();
-        assert_eq!(config.haloes.epoch, crate::halo::Epoch::FrozenZ(0.3));
+        assert_eq!(config.haloes.epoch, Epoch::FrozenZ(0.3));
+    }
+
+    #[test]
+    fn relations_are_frozen_at_the_lens_unless_set() {
+        let epoch = |text: &str| resolve(Preset::Paper, Path::new(""), text).unwrap().haloes.epoch;
+        assert_eq!(epoch("[line_of_sight]\nz_lens = 0.7"), Epoch::FrozenZ(0.7));
+        let set = "haloes.epoch.frozen_z = 0.5\nline_of_sight.z_lens = 0.7";
+        assert_eq!(epoch(set), Epoch::FrozenZ(0.5));
+        assert_eq!(epoch("[haloes]\nmin_point_shear = 1e-5"), Epoch::FrozenZ(0.5));
+    }
+
+    #[test]
+    fn presets_name_every_key() {
+        let schema = serde_json::to_value(schemars::schema_for!(Config)).unwrap();
+        let definition = |value: &serde_json::Value| -> serde_json::Value {
+            let reference = |v: &serde_json::Value| v["$ref"].as_str().map(str::to_string);
+            let own = reference(value).or_else(|| value["anyOf"].as_array()?.iter().find_map(reference));
+            own.map_or(value.clone(), |path| schema.pointer(path.trim_start_matches('#')).unwrap().clone())
+        };
+        for preset in [Preset::Paper, Preset::Consistent] {
+            for (section, described) in schema["properties"].as_object().unwrap() {
+                let keys = definition(described)["properties"].as_object().cloned().unwrap_or_default();
+                for key in keys.keys().chain([section]) {
+                    let named = preset.toml().lines().any(|line| {
+                        let line = line.trim_start_matches(['#', ' ']);
+                        line.starts_with(&format!("{key} =")) || line.starts_with(&format!("[{key}]"))
+                    });
+                    assert!(named, "{preset:?} lacks {section}.{key}");
+                }
+            }
+        }
     }
 
     #[test]

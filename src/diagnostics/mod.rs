@@ -1,6 +1,8 @@
 //! What the line of sight does: per-halo tidal variation, od/os/ds/LOS tensors, maps, images of points, critical curves.
 
 mod critical_curves;
+mod critical_links;
+mod critical_points;
 mod distortion;
 mod effective;
 mod halo_tidal;

@@ -85,34 +85,73 @@ pub struct PointImages {
     pub winding: Option<i64>,
     /// Cells that stayed undecided at the smallest size: the source lies on a caustic to rounding.
     pub undecided: usize,
+    /// The window that was searched: the one asked for, or wider where the deflection reaches further.
+    pub window: SkyWindow,
+    /// Whether rays on the edge of the window are deflected by less than its distance from the source.
+    pub is_contained: bool,
 }
 
 impl PointImages {
-    /// True when parities and singular points add up to the winding and no cell stayed undecided.
+    /// True when parities and singular points add up to the winding, no cell stayed undecided and no image can lie
+    /// outside the window.
     ///
     /// A pair of opposite parity cannot be seen by the count; it is the search of cells that does not lose it.
     pub fn is_complete(&self) -> bool {
-        let parities: i64 = self.images.iter().map(PointImage::parity).sum();
-        let singular: i64 = self.singular.iter().map(|point| point.winding).sum();
-        self.undecided == 0 && self.winding == Some(parities + singular)
+        self.undecided == 0 && self.is_contained && self.adds_up()
     }
 
-    /// Finds all images of `source_arcsec` in the window.
+    /// Parities of the images and turns about singular points.
+    fn count(&self) -> i64 {
+        let parities: i64 = self.images.iter().map(PointImage::parity).sum();
+        parities + self.singular.iter().map(|point| point.winding).sum::<i64>()
+    }
+
+    fn adds_up(&self) -> bool {
+        self.winding == Some(self.count())
+    }
+
+    /// What keeps the images from being called complete, in words; `None` where they are.
+    pub fn doubt(&self) -> Option<String> {
+        let half = self.window.half_width_arcsec;
+        let count = self.count();
+        match self.winding {
+            _ if self.is_complete() => None,
+            _ if self.undecided > 0 => Some(
+                "some directions stayed undecided: the source lies on a caustic or an Einstein ring".into(),
+            ),
+            None => {
+                Some(format!("the source lies on the image of the window's edge, {half}″ from its middle"))
+            }
+            Some(winding) if winding != count => Some(format!(
+                "parities and singular centres add up to {count}, but to {winding} along the edge of the window of \
+                 {half}″: images are missing, or lie too close together to be told apart"
+            )),
+            Some(_) => Some(format!(
+                "rays {half}″ from the axis are deflected as far as from the source or further, and the deflection does \
+                 not fall outwards: images beyond are not excluded"
+            )),
+        }
+    }
+
+    /// Finds all images of `source_arcsec`, in `window` or, where rays at its edge are deflected further than they are
+    /// from the source or a lens centre lies outside, in a wider one.
     ///
     /// Cells are quartered until each is empty or injective (`image_cells`), images are polished by Newton's method to
     /// 1e-13″, and sign(det A) over the images plus the winding of the singular points is compared with the winding
     /// along the edge; where they differ the search is repeated with finer cells. Test: 10,000 random sources behind
     /// 500 random lenses against brute force (`tests/properties/point_images.rs`).
     pub fn of(mapping: &(impl Mapping + ?Sized), window: &SkyWindow, source_arcsec: [f64; 2]) -> Self {
+        let wide = window.around_images(mapping, source_arcsec);
+        let is_contained = wide.is_some();
+        let mut window = wide.unwrap_or_else(|| window.clone());
         let winding = winding_number(mapping, window.centre_arcsec, window.half_width_arcsec, source_arcsec);
-        let mut window = window.clone();
-        let mut found = Self::found_in(mapping, &window, source_arcsec, winding);
+        let mut found = Self { is_contained, ..Self::found_in(mapping, &window, source_arcsec, winding) };
         for _ in 0..REFINEMENTS {
-            if found.is_complete() || winding.is_none() || found.undecided > 0 {
+            if found.adds_up() || winding.is_none() || found.undecided > 0 {
                 break;
             }
             window = window.finer();
-            found = Self::found_in(mapping, &window, source_arcsec, winding);
+            found = Self { is_contained, ..Self::found_in(mapping, &window, source_arcsec, winding) };
         }
         found
     }
@@ -160,7 +199,8 @@ impl PointImages {
             }
         }
         let roots = distinct(roots);
-        Self { images: by_arrival(mapping, &roots), singular, winding, undecided }
+        let images = by_arrival(mapping, &roots);
+        Self { images, singular, winding, undecided, window: window.clone(), is_contained: false }
     }
 }
 
@@ -226,6 +266,26 @@ mod tests {
         // Δφ = 2 θ_E β for the isothermal sphere.
         let days = 3000.0 * crate::constants::MPC_OVER_C_DAYS * crate::constants::ARCSEC_RAD.powi(2);
         assert!((found.images[1].delay_days / (2.0 * 0.3 * days) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_window_follows_the_deflection() {
+        let wide = MassModel::Epl(Epl::new(3.0, 2.0, [0.0; 2], [0.0; 2]).unwrap());
+        let found = images(vec![wide.clone()], [2.5, 0.0]);
+        assert!(found.is_complete() && found.doubt().is_none(), "{found:?}");
+        let x: Vec<f64> = found.images.iter().map(|i| i.theta_arcsec[0]).collect();
+        assert!((x[0] - 5.5).abs() < 1e-12 && (x[1] + 0.5).abs() < 1e-12, "{x:?}");
+        // A lens and a source outside the window asked for.
+        let far = MassModel::PointMass(PointMass::new(1.0, [30.0, 0.0]).unwrap());
+        let found = images(vec![wide.clone(), far], [2.5, 0.0]);
+        assert!(found.is_complete() && found.images.len() == 3, "{found:?}");
+        let found = images(vec![wide], [-90.0, 40.0]);
+        assert!(found.is_complete() && found.images.len() == 1, "{found:?}");
+        // A sheet that over-focuses everything: nothing can be said of what lies outside.
+        let sheet = MassModel::External(External::new(1.5, [0.0; 2], [0.0; 4], [0.0; 2]).unwrap());
+        let found = images(vec![sheet], [0.1, 0.0]);
+        assert!(!found.is_complete() && found.images.len() == 1, "{found:?}");
+        assert!(found.doubt().unwrap().contains("images beyond are not excluded"), "{found:?}");
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! An exposure: scene, pixel integration, PSF and noise in one value.
 
+use serde::{Deserialize, Serialize};
+
 use super::grid::SkyGrid;
 use super::instrument::Instrument;
 use super::pixels::{PixelSampling, integrate_pixels};
@@ -10,7 +12,7 @@ use crate::monitor::Monitor;
 use crate::numerics::random::StreamName;
 
 /// A simulated image with and without noise, e⁻/s per pixel, row-major (y, x).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Exposure {
     /// The sky grid.
     pub grid: SkyGrid,

@@ -1,9 +1,11 @@
 //! The sky grid of an image.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Domain, Result};
 
 /// A square image of `pixels`² pixels centred on the axis; pixel (0, 0) is bottom left at −(n−1)/2·Δ.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SkyGrid {
     pixels: usize,
     pixel_scale_arcsec: f64,

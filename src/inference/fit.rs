@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::diagnose::{Convergence, DrawStatistics};
+use super::diagnose::{Convergence, DrawStatistics, Goodness, doubts};
 use super::fit_settings::FitSettings;
 use super::likelihood::{Counter, ImageLikelihood, ModelImage, Observation};
 use super::model::{CompiledModel, Quantity};
@@ -71,6 +71,10 @@ pub struct Fit {
     pub best_fit: Vec<f64>,
     /// The image of the best fit.
     pub image: ModelImage,
+    /// Whether that image describes the observation.
+    pub goodness: Goodness,
+    /// What spoke against image or priors before the fit began.
+    pub doubts: Vec<String>,
     /// Evaluations of the likelihood or its gradient, start included.
     pub evaluations: u64,
     /// Where the model's line of sight is made of haloes: by how much at most the β of the fit differed from that of rays
@@ -91,8 +95,11 @@ impl Fit {
         monitor: &dyn Monitor,
     ) -> Result<Self> {
         let likelihood = ImageLikelihood::new(observation, model, settings.likelihood, monitor)?;
+        let doubts = doubts(&likelihood);
+        doubts.iter().for_each(|doubt| store.doubt(doubt));
         let mut state = FitState::load(store, &likelihood, &settings)?;
         let fit = Self::go_on(likelihood, settings, &mut state, store, monitor);
+        let fit = fit.map(|fit| Self { doubts, ..fit });
         if matches!(fit, Err(Error::Cancelled)) {
             store.save(&state)?;
         }
@@ -164,6 +171,7 @@ impl Fit {
         let image = likelihood.image(&best_fit).ok_or_else(|| {
             Error::out_of_range("the best fit", "without an image", "a model that can be evaluated")
         })?;
+        let goodness = Goodness::of(&likelihood, &image);
         let evidence = run.evidence();
         let expansion_error_arcsec = expansion_error_arcsec(&likelihood, &best_fit, &chains, monitor)?;
         Ok(Self {
@@ -177,6 +185,8 @@ impl Fit {
             parameters,
             best_fit,
             image,
+            goodness,
+            doubts: Vec::new(),
             evaluations,
             expansion_error_arcsec,
         })

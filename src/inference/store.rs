@@ -31,6 +31,9 @@ pub trait FitStore {
     /// What was loaded is of another fit, which therefore begins anew.
     fn refuse(&mut self) {}
 
+    /// Something speaks against the image, its noise, its mask or the priors; told before the fit begins.
+    fn doubt(&mut self, _: &str) {}
+
     /// Told after every step of the fit, and once more when it is cancelled; may leave some out.
     ///
     /// # Errors

@@ -14,6 +14,7 @@ use crate::numerics::random::{Stage, stream};
 use crate::numerics::roots::bracketed_root;
 use crate::profile::light::Sersic;
 use crate::profile::mass::{MassProfile, Nfw, SersicMass};
+use crate::profile::registry::Parameter;
 
 /// Lenses drawn before a protocol is said to have none of the Einstein radius it asks for.
 const MOST_ATTEMPTS: u32 = 10_000;
@@ -115,7 +116,7 @@ impl Place {
         let mass_msun = log_normal(rng, protocol.mass_median_msun, protocol.mass_sd_ln);
         let radius_arcsec = protocol.radius_at_median_kpc * mass_msun / protocol.mass_median_msun
             * arcsec_per_kpc(self.to_lens_mpc);
-        let index = log_normal(rng, protocol.index_median, protocol.index_sd_ln);
+        let index = sersic_index(protocol, rng);
         // A profile of κ = 1 at its half-mass radius has the mass of so many arcsec² of the critical density.
         let unit_arcsec2 = flux_of_unit_amplitude(radius_arcsec, index)?;
         Ok(Baryons {
@@ -163,7 +164,7 @@ impl Place {
         Ok(LensedSource {
             magnitude: apparent(absolute, self.z_source, self.to_source_mpc),
             radius_arcsec,
-            index: log_normal(rng, protocol.index_median, protocol.index_sd_ln),
+            index: sersic_index(protocol, rng),
             ellipticity: ellipticity(rng, protocol.least_axis_ratio),
             centre_arcsec: on_disk(rng, radius_arcsec.min(einstein_radius)),
         })
@@ -244,6 +245,16 @@ fn log_normal(rng: &mut impl Rng, median: f64, sd_ln: f64) -> f64 {
     median * (sd_ln * normal(rng)).exp()
 }
 
+/// Log-normal within the domain of the profile; one draw in some 100,000 lies outside and is drawn again.
+fn sersic_index(protocol: &Protocol, rng: &mut impl Rng) -> f64 {
+    loop {
+        let index = log_normal(rng, protocol.index_median, protocol.index_sd_ln);
+        if Parameter::SERSIC_INDEX.domain.contains(index) {
+            return index;
+        }
+    }
+}
+
 /// e = (1−q)/(1+q)·(cos 2φ, sin 2φ), q uniform up to 1.
 fn ellipticity(rng: &mut impl Rng, least_axis_ratio: f64) -> [f64; 2] {
     let q = uniform(rng, [least_axis_ratio, 1.0]);
@@ -257,4 +268,19 @@ fn on_disk(rng: &mut impl Rng, radius: f64) -> [f64; 2] {
     let r = radius * rng.random::<f64>().sqrt();
     let (sin, cos) = (std::f64::consts::TAU * rng.random::<f64>()).sin_cos();
     [r * cos, r * sin]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_drawn_is_never_refused() {
+        // So wide that a third of the indices lie outside the domain of the profile.
+        let wide = Protocol { index_sd_ln: 1.5, ..Protocol::paper() };
+        let systems = MockSystem::draw_all(&wide, 1, 60, 0.08).unwrap();
+        let indices = systems.iter().flat_map(|system| [system.baryons.index, system.source.index]);
+        assert!(indices.clone().all(|index| (0.3..=10.0).contains(&index)));
+        assert!(indices.fold(0.0, f64::max) > 8.0);
+    }
 }

@@ -1,5 +1,7 @@
 //! The image of a mock system, and its quality Q.
 
+use serde::{Deserialize, Serialize};
+
 use super::system::MockSystem;
 use crate::error::Result;
 use crate::imaging::{Exposure, Instrument, Noise, PixelSampling, Psf, Scene, SkyGrid, integrate_pixels};
@@ -8,7 +10,7 @@ use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 
 /// What a camera sees of a system.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MockImage {
     /// The image.
     pub exposure: Exposure,

@@ -7,10 +7,11 @@
 use nalgebra::Complex;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statrs::function::gamma::gamma_ur;
 
 use super::one_core_each::one_core_each;
+use super::rows::RowStore;
 use crate::error::{Error, Result};
 use crate::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
 use crate::inference::diagnose::ESS_LIMIT;
@@ -36,7 +37,7 @@ const PIXEL_SCALE_ARCSEC: f64 = 0.2;
 const PSF_FWHM_ARCSEC: f64 = 0.2;
 
 /// One system and its fit; entries follow the parameters of the model.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationFit {
     /// Parameters the image was made with.
     pub truths: Vec<f64>,
@@ -77,7 +78,7 @@ pub struct ParameterCalibration {
     pub median_standard_deviation: f64,
 }
 
-/// Draws `number` systems and fits them from a blind start; the same for any number of threads.
+/// Draws `number` systems and fits them from a blind start, but for those that `rows` has; the same for any number of threads.
 ///
 /// # Errors
 /// Settings of the sampler out of their domain; images whose fit finds no start.
@@ -85,6 +86,7 @@ pub fn calibrate(
     number: usize,
     seed: u64,
     sampler: SamplerSettings,
+    rows: &dyn RowStore<CalibrationFit>,
     monitor: &dyn Monitor,
 ) -> Result<(CompiledModel, Vec<CalibrationFit>)> {
     let description = ModelDescription::parse(CALIBRATION_MODEL)
@@ -101,11 +103,14 @@ pub fn calibrate(
     let task = monitor.task("fits", Some(number as u64));
     let fits = one_core_each(number as u64, |i| {
         task.check()?;
-        let (truths, observation, seed) = system(&model, seed, i)?;
-        let settings = FitSettings { seed, ..settings };
-        let fit = Fit::run(observation, model.clone(), settings, &mut NoStore, quiet)?;
+        let row = rows.row(i, || {
+            let (truths, observation, seed) = system(&model, seed, i)?;
+            let settings = FitSettings { seed, ..settings };
+            let fit = Fit::run(observation, model.clone(), settings, &mut NoStore, quiet)?;
+            compare(&fit, truths)
+        });
         task.advance(1);
-        compare(&fit, truths)
+        row
     });
     drop(task);
     Ok((model, fits?))

@@ -25,7 +25,13 @@ pub(super) fn one_core_each<T: Send>(number: u64, work: impl Fn(u64) -> Result<T
         }
     };
     let parts: Vec<Result<Vec<(u64, T)>>> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(worker)).collect();
+        let spawn = |_| std::thread::Builder::new().spawn_scoped(scope, worker);
+        let workers: std::io::Result<Vec<_>> = (0..rayon::current_num_threads()).map(spawn).collect();
+        let Ok(workers) = workers else {
+            let refused =
+                Error::out_of_range("number of threads", rayon::current_num_threads(), "possible here");
+            return vec![Err(refused)];
+        };
         let join = |worker: std::thread::ScopedJoinHandle<_>| {
             worker.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
         };

@@ -1,6 +1,9 @@
 //! How well a tidal or flexion model stands for a cone of haloes: the residual in β and in the image.
 
+use serde::{Deserialize, Serialize};
+
 use super::haloes::{line_of_sight, populate};
+use super::rows::RowStore;
 use crate::config::Config;
 use crate::diagnostics::{EffectiveLineOfSight, MapGrid};
 use crate::error::Result;
@@ -14,7 +17,7 @@ use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
 
 /// Residuals |β_traced − β_model| of one sightline on a grid, arcsec; rays too near the lens centre are not a number.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TidalResidual {
     /// Number of the sightline (realisation of the seed).
     pub sightline: u64,
@@ -33,7 +36,7 @@ pub struct TidalResidual {
 }
 
 /// What the models leave of the noise-free image of the configured source (no lens light), pixel by pixel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ImageResidual {
     /// The grid of the image.
     pub grid: SkyGrid,
@@ -150,11 +153,14 @@ pub fn tidal_study(
     config: &Config,
     n: u64,
     tidal_only: bool,
+    rows: &dyn RowStore<TidalResidual>,
     monitor: &dyn Monitor,
 ) -> Result<Vec<TidalResidual>> {
     let task = monitor.task("tidal and flexion residuals", Some(n));
     let row = |sightline| {
-        let row = tidal_residual(config, sightline, tidal_only, &Uncounted(monitor));
+        task.check()?;
+        let one = || tidal_residual(config, sightline, tidal_only, &Uncounted(monitor));
+        let row = rows.row(sightline, one);
         task.advance(1);
         row
     };

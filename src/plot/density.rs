@@ -118,9 +118,13 @@ impl Spread {
     fn of(values: &[f64], width: f64) -> Option<Self> {
         /// Of the peak of a normal density: where the values' own is lower at an end, it fades out.
         const FADES_BELOW: f64 = 0.25;
+        /// Values closer than this, in units of themselves, are one.
+        const ROUNDING: f64 = 1e-13;
         let count = values.len() as f64;
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        // Equal values may deviate from their mean by rounding; a kernel of that width covers cells without number.
+        let varies = high - low > ROUNDING * low.abs().max(high.abs());
         let mean = values.iter().sum::<f64>() / count;
         let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
         let peak = count * width / std::f64::consts::TAU.sqrt();
@@ -129,7 +133,7 @@ impl Spread {
             if (near as f64) < FADES_BELOW * peak { KERNEL_REACH * width * deviation } else { 0.0 }
         };
         let (low, high) = (low - beyond(low), high + beyond(high));
-        (deviation > 0.0 && (deviation + high - low).is_finite()).then_some(Self {
+        (varies && deviation > 0.0 && (deviation + high - low).is_finite()).then_some(Self {
             low,
             high,
             mean,
@@ -259,5 +263,9 @@ mod tests {
     fn what_does_not_vary_has_no_density() {
         assert!(curve(&[1.0; 10]).is_none() && curve(&[]).is_none() && curve(&[f64::NAN, 1.0]).is_none());
         assert!(field(&[1.0, 2.0], &[3.0, 3.0], &[0.68]).is_none());
+        // The mean of these is not exactly any of them.
+        for stuck in [[0.1; 7], [1e300; 7], [0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 0.3 + 1e-16]] {
+            assert!(curve(&stuck).is_none() && field(&stuck, &stuck, &[0.68]).is_none());
+        }
     }
 }

@@ -10,8 +10,14 @@ use crate::plot::figures::{
     CornerParameter, CornerPosterior, GridData, TraceParameter, corner, reconstruction, source_plane,
     trace_plot,
 };
-use crate::plot::{Extent, Figure};
+use crate::plot::{Anchor, Caption, Colour, Extent, Figure};
 use crate::profile::light::{LightProfile, Sersic};
+
+/// What `timings.json` holds: all that differs between equal runs.
+#[derive(Serialize)]
+struct Timings {
+    seconds: f64,
+}
 
 /// What `summary.json` holds.
 #[derive(Debug, Clone, Serialize)]
@@ -22,8 +28,20 @@ pub struct FitSummary {
     pub sampler: String,
     /// Seed.
     pub seed: u64,
+    /// True if the model describes the image: neither χ² nor the largest smoothed residual is improbable.
+    pub good_fit: bool,
     /// True if R-hat < 1.01 and ESS > 400 for every quantity.
     pub converged: bool,
+    /// Probability of a χ² at least as large as that of the best fit, were the model true.
+    pub p_value: f64,
+    /// What speaks against image, model or intervals, in words.
+    pub warnings: Vec<String>,
+    /// Parameters whose 68% interval reaches an edge of their prior.
+    pub at_edge: Vec<String>,
+    /// Largest |residual| after smoothing by a Gaussian of 1.5 pixels, in its own standard deviations.
+    pub largest_residual_sigma: f64,
+    /// Where, arcsec.
+    pub largest_residual_at_arcsec: [f64; 2],
     /// Largest R-hat of all quantities.
     pub worst_r_hat: f64,
     /// Smallest effective number of draws of all quantities.
@@ -47,7 +65,8 @@ pub struct FitSummary {
     pub expansion_error_arcsec: Option<f64>,
     /// Evaluations of the likelihood or its gradient, start included.
     pub evaluations: u64,
-    /// Seconds the fit took; the only number that differs from run to run.
+    /// Seconds the fit took; in `timings.json`, as they differ from run to run.
+    #[serde(skip)]
     pub seconds: f64,
     /// Samples of the surface brightness that stand for the pixels.
     pub samples_of_brightness: usize,
@@ -66,7 +85,13 @@ impl FitSummary {
             model: model.into(),
             sampler: fit.settings.sampler.name().into(),
             seed: fit.settings.seed,
+            good_fit: fit.goodness.good_fit,
             converged: fit.status.is_converged,
+            p_value: fit.goodness.p_value,
+            warnings: warnings(fit),
+            at_edge: at_edge(fit).map(String::from).collect(),
+            largest_residual_sigma: fit.goodness.largest_residual_sigma,
+            largest_residual_at_arcsec: fit.goodness.largest_residual_at_arcsec,
             worst_r_hat: worst.r_hat,
             worst_ess: worst.ess_bulk.min(worst.ess_tail),
             divergences: fit.status.divergences,
@@ -85,6 +110,34 @@ impl FitSummary {
     }
 }
 
+/// Names of the parameters whose interval reaches an edge of their prior.
+fn at_edge(fit: &Fit) -> impl Iterator<Item = &str> {
+    fit.parameters.iter().filter(|p| !p.bounded).map(|p| p.name.as_str())
+}
+
+fn warnings(fit: &Fit) -> Vec<String> {
+    let mut warnings = fit.doubts.clone();
+    warnings.extend(fit.goodness.doubts(fit.chi2_reduced()));
+    if !fit.status.is_converged {
+        warnings.push("the chains have not converged: draws do not yet stand for the posterior".into());
+    }
+    let at_edge: Vec<&str> = at_edge(fit).collect();
+    if !at_edge.is_empty() {
+        let names = at_edge.join(", ");
+        warnings.push(format!("at the edge of their priors, which decide there and not the image: {names}"));
+    }
+    warnings
+}
+
+/// The figure, with a line over its first panel that says so where the model does not describe the image.
+fn with_verdict(mut figure: Figure, summary: &FitSummary) -> Figure {
+    if let Some(panel) = figure.panels.first_mut().filter(|_| !summary.good_fit) {
+        let text = format!("The model does not describe the image: p = {:.0e}", summary.p_value);
+        panel.captions.insert(0, Caption { text, colour: Colour::RED, anchor: Anchor::Start });
+    }
+    figure
+}
+
 /// Stages every file of a fit under `prefix` (empty, or a folder ending in `/`).
 ///
 /// # Errors
@@ -99,6 +152,7 @@ pub fn write_fit(
 ) -> Result<()> {
     stage_json(staging, &format!("{prefix}summary.json"), summary)?;
     stage_text(staging, &format!("{prefix}model.toml"), &provenance.config_toml)?;
+    stage_json(staging, &format!("{prefix}timings.json"), &Timings { seconds: summary.seconds })?;
     let variables: Vec<PosteriorVariable> = fit
         .parameters
         .iter()
@@ -116,18 +170,17 @@ pub fn write_fit(
     staging.write(format!("{prefix}posterior.nc"), |path| {
         write_posterior(path, provenance, &variables, &fit.chains, &attributes)
     })?;
-    let figure = |name: &str, figure: Figure| stage_figure(staging, &format!("{prefix}{name}"), &figure);
-    figure("reconstruction", reconstruction_figure(fit))?;
-    if let Some(source) = source_figure(fit) {
-        figure("source", source)?;
-    }
+    let draw = |name: &str, figure: &dyn Fn() -> Option<Figure>| {
+        let draw = || Ok(figure().map(|figure| with_verdict(figure, summary)));
+        stage_figure(staging, &format!("{prefix}{name}"), draw)
+    };
+    draw("reconstruction", &|| Some(reconstruction_figure(fit)))?;
+    draw("source", &|| source_figure(fit))?;
     let names: Vec<&str> = fit.parameters.iter().map(|p| p.name.as_str()).collect();
-    figure("corner", corner_figure(&[("", fit)], &names, truths))?;
+    draw("corner", &|| Some(corner_figure(&[("", fit)], &names, truths)))?;
     let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
-    if shears.len() > 1 {
-        figure("corner_shear", corner_figure(&[("", fit)], &shears, truths))?;
-    }
-    figure("trace", trace_figure(fit, truths))
+    draw("corner_shear", &|| (shears.len() > 1).then(|| corner_figure(&[("", fit)], &shears, truths)))?;
+    draw("trace", &|| Some(trace_figure(fit, truths)))
 }
 
 /// Corner plot of the named quantities of one or more fits, each with its name in the legend.

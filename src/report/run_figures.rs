@@ -17,19 +17,22 @@ use crate::plot::{Colour, Figure};
 /// Of the haloes in the tidal regime every tenth is drawn, as in the paper.
 const CYLINDER_STRIDE: usize = 10;
 
-/// Draws the figures of the run saved at `run_file` and hands each with its name to `save`.
+/// Hands each figure of the run saved at `run_file`, not drawn yet, with its name to `save`.
 ///
 /// # Errors
 /// When the file is not a run of haloray, or saving fails.
-pub fn draw_figures(run_file: &Path, save: impl Fn(&str, &Figure) -> Result<()>) -> Result<()> {
+pub fn draw_figures(
+    run_file: &Path,
+    save: impl Fn(&str, &dyn Fn() -> Result<Figure>) -> Result<()>,
+) -> Result<()> {
     let (file, config) = open(run_file)?;
-    save("mass_function", &mass_function_figure(&file)?)?;
-    save("cylinder", &cylinder_figure(&file, &config)?)?;
-    save("histograms", &histogram_figure(&file, &config)?)?;
+    save("mass_function", &|| mass_function_figure(&file))?;
+    save("cylinder", &|| cylinder_figure(&file, &config))?;
+    save("histograms", &|| histogram_figure(&file, &config))?;
     for (name, figure) in map_figures(run_file)? {
-        save(name, &figure)?;
+        save(name, &|| Ok(figure.clone()))?;
     }
-    save("images", &image_figure(&file, &config)?)
+    save("images", &|| image_figure(&file, &config))
 }
 
 /// The figures of the maps saved in `file` (of a run, or of maps alone), with their names.

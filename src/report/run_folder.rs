@@ -28,7 +28,7 @@ pub fn write_run(run: &Simulation, psf: &Psf, staging: &Staging, provenance: &Pr
         }
     }
     draw_figures(&staging.path(RUN_FILE), |name, figure| {
-        stage_figure(staging, &format!("figures/{name}"), figure)
+        stage_figure(staging, &format!("figures/{name}"), || figure().map(Some))
     })
 }
 

@@ -1,5 +1,7 @@
 //! Texts, JSON, figures and results of a study, staged beside the other files of a folder.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use serde::Serialize;
 
 use crate::error::{Error, Result};
@@ -24,12 +26,30 @@ pub fn stage_json(staging: &Staging, name: &str, value: &impl Serialize) -> Resu
     stage_text(staging, name, &(json + "\n"))
 }
 
-/// Stages `NAME.svg` and `NAME.png`.
+/// Stages `NAME.svg` and `NAME.png`, where `draw` makes a figure. One that cannot be drawn is left out, and the staging
+/// folder remembers why: numbers are worth more than their picture.
 ///
 /// # Errors
-/// [`Error::Write`] when the disk is full.
-pub fn stage_figure(staging: &Staging, name: &str, figure: &Figure) -> Result<()> {
-    staging.write(format!("{name}.svg"), |path| figure.save(&path.with_extension("")).map(drop))
+/// [`Error::OutOfRange`] for a name that leaves the folder.
+pub fn stage_figure(
+    staging: &Staging,
+    name: &str,
+    draw: impl FnOnce() -> Result<Option<Figure>>,
+) -> Result<()> {
+    let files = ["svg", "png"].map(|suffix| format!("{name}.{suffix}"));
+    let drawn = catch_unwind(AssertUnwindSafe(|| match draw()? {
+        None => Ok(()),
+        Some(figure) => staging.write(&files[0], |path| figure.save(&path.with_extension("")).map(drop)),
+    }));
+    let why = match drawn {
+        Ok(Ok(())) => return Ok(()),
+        Ok(Err(error @ (Error::OutOfRange { .. } | Error::Cancelled))) => return Err(error),
+        Ok(Err(error)) => error.to_string(),
+        Err(_) => "drawing it failed".into(),
+    };
+    files.iter().for_each(|file| drop(std::fs::remove_file(staging.path(file))));
+    staging.complain(format!("there is no figure {name}: {why}"));
+    Ok(())
 }
 
 /// The result of a study in Markdown, for its page in `docs/`: tables, then figures by name with what they show.

@@ -95,3 +95,17 @@ fn a_truth_table_without_what_is_needed_is_refused() {
         folder.check_failure(2, &folder.haloray(arguments), arguments, &[wanted]);
     }
 }
+
+#[test]
+fn two_of_one_name_and_names_that_leave_the_folder_are_refused_or_harmless() {
+    let folder = folder();
+    let twice = "study catalogue . --models small.toml,small.toml -o study";
+    folder.check_failure(2, &folder.haloray(twice), twice, &["name of the model", "both would be one file"]);
+    let truth = "image,gamma1_los,gamma2_los\n0.fits,0,0\n0_fits,0,0\n";
+    std::fs::write(folder.path("truth.csv"), truth).unwrap();
+    let cleaned = "study catalogue . --models small.toml -o study";
+    folder.check_failure(2, &folder.haloray(cleaned), cleaned, &["name of the image", "0_fits"]);
+    let twice = "simulate --fit tidal-minimal,tidal-minimal -o run";
+    folder.check_failure(2, &folder.haloray(twice), twice, &["name of the model"]);
+    assert!(!folder.path("study").exists() && !folder.path("run").exists());
+}

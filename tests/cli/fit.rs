@@ -44,10 +44,19 @@ fn a_fit_finds_what_the_image_was_made_with_on_any_number_of_threads() {
     let fitted = std::fs::read_to_string(folder.path("fit1/model.toml")).unwrap();
     assert!(fitted.contains("pixel_sampling = \"point\""), "PIXSAMP of the image is not heeded: {fitted}");
     let summary = summary(&folder, "fit1");
-    for key in ["chi2_reduced", "seconds", "evaluations", "worst_r_hat", "worst_ess", "log_likelihood"] {
+    for key in ["chi2_reduced", "p_value", "evaluations", "worst_r_hat", "worst_ess", "log_likelihood"] {
         assert!(summary[key].is_number(), "{key}: {}", summary[key]);
     }
     assert_eq!(summary["converged"], true);
+    assert_eq!(summary["good_fit"], true);
+    assert_eq!(summary["warnings"], Value::Array(vec![]));
+    let same = |name: &str| {
+        let [one, two] = [1, 2].map(|k| std::fs::read(folder.path(format!("fit{k}")).join(name)).unwrap());
+        assert!(one == two, "{name} differs");
+    };
+    ["summary.json", "model.toml", "corner.svg"].into_iter().for_each(same);
+    let timings = std::fs::read_to_string(folder.path("fit1/timings.json")).unwrap();
+    assert!(timings.contains("seconds"));
     assert!((summary["chi2_reduced"].as_f64().unwrap() - 1.0).abs() < 0.25);
     let parameters = summary["parameters"].as_array().unwrap();
     assert_eq!(parameters.len(), 6);
@@ -233,4 +242,72 @@ fn a_fit_killed_at_any_moment_ends_with_the_same_posterior() {
     folder.haloray(&arguments("killed"));
     assert!(posterior(&folder, "killed") == posterior(&folder, "whole"), "posteriors differ");
     assert!(!checkpoint.exists());
+}
+
+#[test]
+fn a_fit_says_whether_its_model_describes_the_image() {
+    let folder = folder();
+    // A second source that the model lacks.
+    let mut image = image();
+    let bright = |k: usize| (k % SIDE).abs_diff(15) + (k / SIDE).abs_diff(4) < 3;
+    let rms = image.keywords.background_rms_e_per_s.unwrap();
+    image.data.iter_mut().enumerate().filter(|(k, _)| bright(*k)).for_each(|(_, v)| *v += 8.0 * rms);
+    save(&folder, &image);
+    std::fs::write(folder.path("truth.json"), r#"{"lens.theta_E": 1.1, "lens.mass": 3}"#).unwrap();
+    let arguments = "fit image.fits --model small.toml --truth truth.json -o fit";
+    let wanted = ["truth.json", "the fit has no lens.mass", "lens.theta_E"];
+    folder.check_failure(2, &folder.haloray(arguments), arguments, &wanted);
+    let output = folder.haloray("fit image.fits --model small.toml --max-draws 40 -o fit");
+    let (summary, stdout) = (summary(&folder, "fit"), String::from_utf8_lossy(&output.stdout).into_owned());
+    assert_eq!(summary["good_fit"], false, "{summary}");
+    assert!(summary["p_value"].as_f64().unwrap() < 1e-3);
+    assert!(summary["largest_residual_sigma"].as_f64().unwrap() > 6.0, "{summary}");
+    let first = |text: &str| stdout.find(text).unwrap_or_else(|| panic!("no {text}: {stdout}"));
+    assert!(first("DOES NOT DESCRIBE THE IMAGE") < first("median"), "{stdout}");
+    let figure = std::fs::read_to_string(folder.path("fit/corner.svg")).unwrap();
+    assert!(figure.contains("The model does not describe the image"));
+}
+
+#[test]
+fn what_contradicts_the_image_is_told_at_the_start() {
+    let brightest = |image: &ImageFile| image.data.iter().copied().fold(0.0, f64::max);
+    type Edit = Box<dyn Fn(&mut ImageFile)>;
+    let edits: Vec<(Edit, &str, &str)> = vec![
+        (Box::new(|i| i.keywords.background_rms_e_per_s = Some(1e-5)), MODEL, "BKGRMS = 0.00001"),
+        (
+            Box::new(move |i| {
+                let limit = 0.1 * brightest(i);
+                i.mask = Some(i.data.iter().map(|value| *value < limit).collect());
+            }),
+            MODEL,
+            "MASK looks inverted",
+        ),
+        (
+            Box::new(|i| i.data[3 * SIDE + 3] += 100.0),
+            MODEL,
+            "no light of the model comes near the brightest pixels",
+        ),
+    ];
+    for (edit, model, wanted) in edits {
+        let folder = Folder::with(&[("small.toml", model)]);
+        let mut image = image();
+        edit(&mut image);
+        save(&folder, &image);
+        let output =
+            folder.haloray("fit image.fits --model small.toml --sampler stretch --max-draws 4 -o fit");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(stderr.contains(wanted), "{wanted}: {stderr}");
+    }
+}
+
+#[test]
+fn a_fit_of_what_is_not_there_ends_with_its_files() {
+    // A lens off the image: nothing is magnified, and draws are stuck at the edges of their priors.
+    let folder =
+        Folder::with(&[("off.toml", &MODEL.replace("e1 = { normal = [0.0, 0.1] }", "center_x = 30.0"))]);
+    save(&folder, &image());
+    let output = folder.haloray("fit image.fits --model off.toml --sampler stretch --max-draws 8 -o fit");
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{output:?}");
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{output:?}");
+    assert!(folder.path("fit/posterior.nc").is_file() && folder.path("fit/summary.json").is_file());
 }

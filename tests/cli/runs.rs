@@ -35,7 +35,7 @@ fn simulate_writes_everything_it_promises_and_nothing_else() {
     let figures = ["cylinder", "flexion_maps", "histograms", "images", "mass_function", "tidal_maps"];
     let images = ["all_haloes", "all_haloes_noise_free", "tidal_haloes", "tidal_haloes_noise_free"];
     let mut expected: Vec<String> =
-        ["figures", "run.h5", "summary.json", "config.toml"].map(String::from).into();
+        ["figures", "run.h5", "summary.json", "config.toml", "manifest.json"].map(String::from).into();
     expected.extend(figures.iter().flat_map(|f| [format!("figures/{f}.svg"), format!("figures/{f}.png")]));
     expected.extend(images.map(|name| format!("image_{name}.fits")));
     expected.sort();
@@ -44,7 +44,7 @@ fn simulate_writes_everything_it_promises_and_nothing_else() {
         files.keys().filter_map(|f| Some(f.strip_prefix("run").ok()?.to_str()?.to_string())).collect();
     let found: Vec<String> = found.into_iter().filter(|name| !name.is_empty()).collect();
     assert_eq!(found, expected);
-    for name in expected.iter().filter(|name| *name != "figures") {
+    for name in expected.iter().filter(|name| !["figures", "manifest.json"].contains(&name.as_str())) {
         assert!(printed.contains(&format!("run/{name}\n")), "{name} is not listed:\n{printed}");
     }
 
@@ -252,3 +252,123 @@ fn completions_know_the_subcommands() {
         assert!(script.contains("simulate") && script.contains("populate"), "{shell}");
     }
 }
+
+#[test]
+fn a_folder_belongs_to_one_run_and_a_user_keeps_what_is_the_users() {
+    let folder = folder();
+    fs::create_dir(folder.path("run")).unwrap();
+    fs::write(folder.path("run/config.toml"), "mine").unwrap();
+    let command = "simulate small.toml -o run";
+    let wanted = ["cannot write to run/config.toml", "--overwrite"];
+    folder.check_failure(2, &folder.haloray(command), command, &wanted);
+    assert_eq!(fs::read_to_string(folder.path("run/config.toml")).unwrap(), "mine");
+    succeeds(&folder, &format!("{command} --overwrite"));
+    fs::write(folder.path("run/notes.txt"), "mine").unwrap();
+    // Another command into the same folder: the run's own files go, the notes stay.
+    succeeds(&folder, "image small.toml -o run");
+    assert!(folder.path("run/image.fits").is_file() && !folder.path("run/run.h5").exists());
+    assert!(!folder.path("run/figures").exists());
+    assert_eq!(fs::read_to_string(folder.path("run/notes.txt")).unwrap(), "mine");
+    let names: Vec<_> = fs::read_dir(folder.path("run")).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert!(names.iter().all(|name| !name.to_string_lossy().starts_with('.')), "{names:?}");
+}
+
+#[test]
+fn one_sightline_of_a_study_can_be_made_alone() {
+    let folder = folder();
+    succeeds(&folder, "study tidal small.toml -n 3 -o all");
+    succeeds(&folder, "study tidal small.toml --sightline 2 -o one");
+    let last = |name: &str| {
+        let text = fs::read_to_string(folder.path(name).join("residuals.csv")).unwrap();
+        text.lines().last().unwrap().to_string()
+    };
+    assert_eq!(last("all"), last("one"));
+    succeeds(&folder, "populate small.toml --sightline 2 -o haloes.csv");
+    let haloes = Table::read(&folder.path("haloes.csv"), "").unwrap();
+    let row = Table::read(&folder.path("one/residuals.csv"), "").unwrap();
+    assert!(haloes.row_count() as f64 >= numbers(&row, "number_of_haloes")[0]);
+    assert_ne!(folder.haloray("study tidal small.toml --sightline 2 -n 3 -o x").status.code(), Some(0));
+}
+
+#[test]
+fn settings_follow_or_are_refused() {
+    let haloes = "z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec,alpha_rs_arcsec\n0.5,0,0,1.0,0.1\n";
+    let own = format!("{SMALL}\n").replace("[haloes]\n", "[haloes]\ncatalogue = \"haloes.csv\"\n");
+    let folder = folder();
+    fs::write(folder.path("haloes.csv"), haloes).unwrap();
+    fs::write(folder.path("axis.csv"), "theta_x_arcsec,theta_y_arcsec\n0,0\n1,0\n").unwrap();
+    fs::write(folder.path("own.toml"), own).unwrap();
+    for study in ["tidal", "cut"] {
+        let command = format!("study {study} own.toml -o study");
+        folder.check_failure(
+            2,
+            &folder.haloray(&command),
+            &command,
+            &["haloes.catalogue", "draws its haloes"],
+        );
+    }
+    let command = "distances 2 --z-source 1";
+    folder.check_failure(2, &folder.haloray(command), command, &["--z-source is 1", "2 is one"]);
+    // One halo at the centre: κ_h(0) has no bound.
+    let output = folder.haloray("trace --haloes haloes.csv --points axis.csv --z-source 1.5 -o rays.csv");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && stderr.contains("κ has no bound"), "{stderr}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("sheets: on-axis, κ = -"), "{output:?}");
+    let none = succeeds(
+        &folder,
+        "trace --haloes haloes.csv --points axis.csv --z-source 1.5 --sheets none -o rays.csv",
+    );
+    assert!(none.contains("sheets: none"), "{none}");
+    let rays = Table::read(&folder.path("rays.csv"), "").unwrap();
+    assert!((numbers(&rays, "beta_x_arcsec")[1] - 0.9).abs() < 1e-12);
+    // A built-in model is printed as it can be extended, one line a prior.
+    let model = succeeds(&folder, "fit --list --model simple-minimal");
+    fs::write(
+        folder.path("more.toml"),
+        model.clone()
+            + "\n[[lens_light]]\nprofile = \"SERSIC\"\n[lens_light.parameters]\n\
+        R_sersic = 0.5\nn_sersic = 4.0\n",
+    )
+    .unwrap();
+    succeeds(&folder, "fit --list --model more.toml");
+    assert!(model.lines().any(|line| line.contains("uniform = [") && line.contains(']')), "{model}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn full_outputs_and_refused_threads_are_errors_and_no_panics() {
+    use std::process::Command;
+    let folder = folder();
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let run = |arguments: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_haloray"));
+        command.args(arguments.split(' ')).current_dir(folder.path(""));
+        command
+    };
+    for arguments in ["fit --list", "distances 0.5", "images model.json --source 0.3,0"] {
+        fs::write(folder.path("model.json"), WIDE_LENS).unwrap();
+        let output = run(arguments).stdout(full()).output().unwrap();
+        folder.check_failure(1, &output, arguments, &["writing standard output failed"]);
+    }
+    let output = run("populate small.toml -o haloes.csv").stderr(full()).stdout(full()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let output = run("populate none.toml -o haloes.csv").stderr(full()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    // Closed, not full.
+    for redirect in [">&-", "2>&-", "<&- >&- 2>&-"] {
+        let script = format!("\"$0\" populate small.toml -o closed.csv {redirect}");
+        let mut shell = Command::new("sh");
+        let status =
+            shell.args(["-c", &script, env!("CARGO_BIN_EXE_haloray")]).current_dir(folder.path("")).status();
+        assert_eq!(status.unwrap().code(), Some(0), "{redirect}");
+    }
+    // No room for the stacks of so many threads.
+    let script = "ulimit -v 6000000; \"$0\" populate small.toml -o many.csv --threads 1024";
+    let mut shell = Command::new("sh");
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_haloray")]).current_dir(folder.path(""));
+    let output = shell.env("RUST_MIN_STACK", "67108864").output().unwrap();
+    folder.check_failure(2, &output, script, &["--threads is 1024", "possible here"]);
+}
+
+const WIDE_LENS: &str =
+    r#"{"z_lens": 0.5, "z_source": 1.5, "lens_model_list": ["SIS"], "kwargs_lens": [{"theta_E": 3.0}]}"#;

@@ -59,10 +59,7 @@ fn long_commands_end_at_once_and_leave_nothing() {
     let folder = Folder::with(&[]);
     for (arguments, signal, code, first) in [
         ("simulate --draw brute-force -o out", "-INT", 130, "stopped by Ctrl-C"),
-        ("mock -n 4000 -o out", "-TERM", 143, "stopped by SIGTERM"),
-        ("study tidal -n 1000 -o out", "-INT", 130, "stopped by Ctrl-C"),
         ("study cut --quiet -o out", "-INT", 130, "stopped by Ctrl-C"),
-        ("study calibration -n 100 -o out", "-TERM", 143, "stopped by SIGTERM"),
     ] {
         let output = stop(&folder, arguments, signal, || has_begun(&folder, "out"));
         check(&output, code, arguments, &[first, "to begin again: "]);
@@ -70,6 +67,85 @@ fn long_commands_end_at_once_and_leave_nothing() {
         assert_eq!(said, !arguments.contains("--quiet"), "{arguments}");
         assert!(output.stdout.is_empty() && folder.files().is_empty(), "{arguments}: {:?}", folder.files());
     }
+}
+
+#[test]
+fn studies_and_mocks_keep_what_has_ended_and_end_with_the_same_bytes() {
+    let small = "[image]\npixels = 12\n[maps]\npoints = 9\n[haloes]\nmin_point_shear = 1e-5\n";
+    let folder = Folder::with(&[("small.toml", small)]);
+    for (command, signal, code) in [
+        ("mock -n 300 -o", "-TERM", 143),
+        ("study tidal small.toml -n 12 -o", "-INT", 130),
+        ("study calibration -n 4 -o", "-TERM", 143),
+    ] {
+        let (arguments, state) = (format!("{command} out"), folder.path(".out.haloray-study"));
+        let output = stop(&folder, &arguments, signal, || state.exists());
+        check(
+            &output,
+            code,
+            &arguments,
+            &["kept: what has been done in .out.haloray-study", "to continue: "],
+        );
+        assert!(!folder.path("out").exists(), "{arguments}");
+        // A state that is damaged is told of and done anew; here after the whole state has been seen to go on.
+        assert!(folder.haloray(&arguments).status.success());
+        fs::write(&state, "damaged").unwrap();
+        let whole = folder.haloray(&arguments);
+        assert!(whole.status.success());
+        assert!(
+            String::from_utf8_lossy(&whole.stderr).contains("is damaged; the work begins anew"),
+            "{whole:?}"
+        );
+        assert!(!state.exists(), "{arguments}");
+        let continued = folder.files();
+        assert!(folder.haloray(&format!("{command} other")).status.success());
+        let files = folder.files();
+        let mut pairs = 0;
+        for (name, bytes) in
+            continued.iter().filter(|(name, bytes)| name.starts_with("out") && !bytes.is_empty())
+        {
+            let other = std::path::Path::new("other").join(name.strip_prefix("out").unwrap());
+            assert!(files[&other] == *bytes, "{arguments}: {}", name.display());
+            pairs += 1;
+        }
+        assert!(pairs > 2, "{arguments}");
+        fs::remove_dir_all(folder.path("out")).unwrap();
+        fs::remove_dir_all(folder.path("other")).unwrap();
+    }
+}
+
+#[test]
+fn a_warm_up_and_a_catalogue_end_at_once_and_go_on() {
+    let truth = "image,gamma1_los,gamma2_los\nimage.fits,0,0\nother.fits,0,0\n";
+    let folder = Folder::with(&[("small.toml", MODEL), ("truth.csv", truth)]);
+    for (name, number) in [("image.fits", 0), ("other.fits", 1)] {
+        let image = small_image::image([0.0, 0.0], number);
+        image.write(&folder.path(name), &Provenance::new(None, "")).unwrap();
+    }
+    // The start is saved, and the warm-up of the sampler follows.
+    let arguments = "fit image.fits --model small.toml --sampler nuts --seed 5 --threads 1 -o fit";
+    let state = folder.path(".fit.haloray-fit");
+    let output = stop(&folder, arguments, "-INT", || state.exists());
+    check(&output, 130, arguments, &["kept: the state of the fit in .fit.haloray-fit", "to continue: "]);
+    let saved = fs::read(&state).unwrap();
+    let output = stop(&folder, arguments, "-INT", || fs::read(&state).is_ok_and(|now| now != saved));
+    check(&output, 130, arguments, &["kept: the state of the fit", "to continue: "]);
+    assert!(folder.haloray(arguments).status.success() && !state.exists());
+
+    let model = MODEL.replace("[[lens]]", "[line_of_sight]\nmodel = \"minimal\"\n[line_of_sight.parameters]\n\
+        gamma1_od = 0.0\ngamma2_od = 0.0\ngamma1_los = { uniform = [-0.1, 0.1] }\ngamma2_los = { uniform = [-0.1, 0.1] }\n\
+        omega_los = 0.0\n\n[[lens]]");
+    fs::write(folder.path("sheared.toml"), model).unwrap();
+    let arguments = "study catalogue . --models sheared.toml --threads 1 -o study";
+    let fits = folder.path("study/fits");
+    let output = stop(&folder, arguments, "-TERM", || fits.exists());
+    check(&output, 143, arguments, &["kept: the fits that have ended in study/fits", "to continue: "]);
+    assert!(!folder.path("study/fits.csv").exists());
+    let output = folder.haloray(arguments);
+    assert!(output.status.success(), "{output:?}");
+    let lines = String::from_utf8_lossy(&output.stdout).lines().filter(|l| l.contains("image.fits")).count();
+    assert_eq!(lines, 0, "an ended fit is repeated: {output:?}");
+    assert!(folder.path("study/fits.csv").exists());
 }
 
 #[test]

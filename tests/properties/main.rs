@@ -10,7 +10,9 @@ mod targets;
 
 mod adaptive;
 mod blind_start;
+mod critical_curves;
 mod einstein_radius;
+mod few_of_everything;
 mod mock_catalogue;
 mod multiplane;
 mod pixels;

@@ -15,7 +15,7 @@ use haloray::report::{
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, SamplerArg, table};
-use crate::output::print_files;
+use crate::output::{begin, commit, print_files};
 
 /// Fit the paper's Table 1 image with the full and with the minimal model of the line of sight (section 2.3).
 ///
@@ -37,11 +37,11 @@ pub struct AdvantageArgs {
 }
 
 pub fn run(args: &AdvantageArgs, bars: &Bars) -> Result<Outcome> {
-    let staging = Staging::begin(&args.output)?;
+    let staging = begin(&args.output, &["result.md", "image.svg", "image.png"], bars)?;
     let start = Instant::now();
     let study = advantage(args.seed, args.sampler.settings(), bars)?;
     let summaries = write(args, &study, &staging, start.elapsed().as_secs_f64())?;
-    let files = staging.commit()?;
+    let files = commit(staging)?;
     if !bars.is_quiet() {
         for summary in &summaries {
             crate::terminal::print(&table(summary, &study.image.truths));
@@ -66,7 +66,7 @@ fn write(
         write_fit(fit, &summary, &study.image.truths, staging, &format!("{name}/"), &provenance)?;
         summaries.push(summary);
     }
-    let save = |name: &str, figure: Figure| stage_figure(staging, name, &figure);
+    let save = |name: &str, figure: Figure| stage_figure(staging, name, || Ok(Some(figure)));
     save("image", exposure_figure(&study.image.exposure, study.image.instrument.background_rms_e_s(), None))?;
     let (full, minimal) = (("full model", &study.full), ("minimal model", &study.minimal));
     let (od_and_shape, los) =

@@ -1,5 +1,6 @@
 //! The terminal's side of the monitor: progress bars on stderr, how long each stage took, what is kept when stopped.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -11,6 +12,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Draws a bar for the stage that runs and remembers the seconds of those that ended.
 pub struct Bars {
     quiet: bool,
+    overwrite: bool,
     cancelled: AtomicBool,
     running: Mutex<Vec<Stage>>,
     ended: Mutex<Vec<(String, Duration)>>,
@@ -24,9 +26,10 @@ struct Stage {
 }
 
 impl Bars {
-    pub fn new(quiet: bool) -> Self {
+    pub fn new(quiet: bool, overwrite: bool) -> Self {
         Self {
             quiet,
+            overwrite,
             cancelled: AtomicBool::new(false),
             running: Mutex::default(),
             ended: Mutex::default(),
@@ -36,6 +39,11 @@ impl Bars {
 
     pub fn is_quiet(&self) -> bool {
         self.quiet
+    }
+
+    /// Whether files of the user's own may be replaced.
+    pub fn overwrites(&self) -> bool {
+        self.overwrite
     }
 
     /// Runs `work` as a stage of its own.
@@ -80,7 +88,10 @@ impl Monitor for Bars {
         let hidden = self.quiet || self.is_cancelled();
         bar.set_draw_target(if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
         bar.set_message(stage.to_string());
-        bar.enable_steady_tick(Duration::from_millis(100));
+        // A thread for each, and nobody looks where there is no terminal.
+        if !hidden && std::io::stderr().is_terminal() {
+            bar.enable_steady_tick(Duration::from_millis(100));
+        }
         running.push(Stage { name: stage.into(), start: Instant::now(), bar });
     }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use haloray::Result;
 use haloray::inference::model::{CompiledModel, FreeParameter};
-use haloray::io::{Column, Provenance, RAYS_GROUP, Staging, Table};
+use haloray::io::{Column, Provenance, RAYS_GROUP, Table};
 use haloray::pipeline::{CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, calibrate, calibration_of};
 use haloray::plot::figures::{RankHistogram, calibration};
 use haloray::report::{markdown_table, result_text, stage_figure, stage_json};
@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use crate::bars::Bars;
 use crate::fit::SamplerArg;
-use crate::output::finish_study;
+use crate::output::{begin, finish_study};
+use crate::saved::SavedRows;
 
 /// Whether posteriors are right: systems drawn from a prior and fitted under it (simulation-based calibration).
 ///
@@ -47,8 +48,11 @@ struct Summary<'a> {
 }
 
 pub fn run(args: &CalibrationArgs, bars: &Bars) -> Result<()> {
-    let staging = Staging::begin(&args.output)?;
-    let (model, fits) = calibrate(args.number as usize, args.seed, args.sampler.settings(), bars)?;
+    let names = ["ranks.csv", "summary.json", "calibration.svg", "calibration.png", "result.md"];
+    let (staging, sampler) = (begin(&args.output, &names, bars)?, args.sampler.settings());
+    let command = format!("study calibration, seed {}, {sampler:?}\n{CALIBRATION_MODEL}", args.seed);
+    let saved = SavedRows::beside(&args.output, command, bars)?;
+    let (model, fits) = calibrate(args.number as usize, args.seed, sampler, &saved, bars)?;
     let names: Vec<String> = model.free.iter().map(|p| p.name.clone()).collect();
     let parameters = calibration_of(&names, &fits);
     let provenance = Provenance::new(Some(args.seed), CALIBRATION_MODEL);
@@ -63,9 +67,11 @@ pub fn run(args: &CalibrationArgs, bars: &Bars) -> Result<()> {
     };
     stage_json(&staging, "summary.json", &summary)?;
     let figure = calibration(&parameters.iter().zip(&model.free).map(histogram).collect::<Vec<_>>());
-    stage_figure(&staging, "calibration", &figure)?;
+    stage_figure(&staging, "calibration", || Ok(Some(figure)))?;
     let result = result_text(&summary.table(), &[("calibration", "rank histograms and coverage")]);
-    finish_study(staging, &result, bars)
+    finish_study(staging, &result, bars)?;
+    saved.remove();
+    Ok(())
 }
 
 fn histogram((parameter, free): (&ParameterCalibration, &FreeParameter)) -> RankHistogram {

@@ -1,22 +1,22 @@
 //! `haloray study catalogue`: every image of a catalogue with every model; precision, accuracy, outliers.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use haloray::imaging::PixelSampling;
 use haloray::inference::model::ModelDescription;
 use haloray::io::{
-    CATALOGUE_GROUP, Provenance, TrueShear, read_observation, read_recovery, read_truth_table,
-    write_recovery, write_text,
+    CATALOGUE_GROUP, Provenance, Saved, Staging, TrueShear, read_observation, read_recovery,
+    read_truth_table, write_recovery,
 };
 use haloray::mock::ShearRecovery;
 use haloray::pipeline::{CatalogueImage, CatalogueSettings, fit_catalogue};
-use haloray::report::{CatalogueReport, result_text};
+use haloray::report::{CatalogueReport, result_text, stage_figure, stage_json, stage_text};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::fit::{SamplerArg, SamplingArg, description, fingerprint, limited, toml_of};
-use crate::output::print_files;
+use crate::output::{begin, commit, one_of_a_name, print_files};
 use crate::terminal::{print, warn};
 
 /// How well γ_LOS is measured: every image of a catalogue fitted with every model (section 3, Table 2).
@@ -70,6 +70,8 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
     };
     let mut truths = read_truth_table(&args.folder.join("truth.csv"))?;
     truths.truncate(args.first.unwrap_or(usize::MAX));
+    one_of_a_name("model", models.iter().map(|model| model.name.as_str()))?;
+    one_of_a_name("image", truths.iter().map(|truth| truth.image.as_str()))?;
     let images = truths
         .iter()
         .map(|truth| {
@@ -79,6 +81,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
         })
         .collect::<Result<Vec<_>>>()?;
     std::fs::create_dir_all(&output).map_err(|source| Error::OutputPlace { path: output.clone(), source })?;
+    let staging = begin(&output, &["fits.csv", "table.md", "result.md", "scores.json"], bars)?;
     bars.keeps("the fits that have ended", &output.join("fits"));
 
     let keys = keys(args, &images, &models, &settings)?;
@@ -89,9 +92,15 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
         |task: (usize, usize)| read_recovery(&output, key(task), &images[task.0].name, &models[task.1].name);
     let mut missing = Vec::new();
     for task in &all {
-        if saved(*task)?.is_none() {
-            missing.push(*task);
+        match saved(*task)? {
+            Saved::State(_) => continue,
+            Saved::Nothing => {}
+            Saved::Unusable(why) => {
+                let (image, model) = (&images[task.0].name, &models[task.1].name);
+                warn(format_args!("the saved fit of {image} with {model} is {why}; it begins anew"));
+            }
         }
+        missing.push(*task);
     }
     let ended = AtomicUsize::new(all.len() - missing.len());
     fit_catalogue(&images, &models, &missing, &settings, bars, |task, fit, seconds| {
@@ -115,7 +124,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
         CatalogueReport { models: models.iter().map(|m| m.name.clone()).collect(), fits: vec![] };
     let mut seconds = 0.0;
     for task in &all {
-        if let Some((fit, own)) = saved(*task)? {
+        if let Saved::State((fit, own)) = saved(*task)? {
             seconds += own;
             report.fits.push((fit, truths[task.0].clone()));
         }
@@ -128,7 +137,8 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
         ));
     }
     let provenance = Provenance::new(Some(args.seed), resolved(&models, &settings));
-    let files = write(&report, &output, &provenance)?;
+    write(&report, &staging, &provenance)?;
+    let files = commit(staging)?;
     if !bars.is_quiet() {
         let (table, fits) = (report.markdown(), report.fits.len());
         print(&format!("\n{table}\n{fits} of {} fits, {seconds:.0} s of fitting\n\n", all.len()));
@@ -179,28 +189,16 @@ fn line(number: usize, all: usize, fit: &ShearRecovery, truth: &TrueShear, secon
     )
 }
 
-/// Tables, scores and figures; each replaces its predecessor whole.
-fn write(report: &CatalogueReport, output: &Path, provenance: &Provenance) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    let fits = output.join("fits.csv");
-    report.fit_table()?.write(&fits, CATALOGUE_GROUP, provenance)?;
-    files.push(fits);
-    let mut text = |name: &str, content: String| {
-        let path = output.join(name);
-        write_text(&path, &content)?;
-        files.push(path);
-        Ok::<(), Error>(())
-    };
-    text("table.md", report.markdown())?;
+/// Tables, scores and figures.
+fn write(report: &CatalogueReport, staging: &Staging, provenance: &Provenance) -> Result<()> {
+    let table = report.fit_table()?;
+    staging.write("fits.csv", |path| table.write(path, CATALOGUE_GROUP, provenance))?;
+    stage_text(staging, "table.md", &report.markdown())?;
     let figures = report.figures();
     let shown: Vec<(&str, &str)> = figures.iter().map(|figure| (figure.name, figure.shows)).collect();
-    text("result.md", result_text(&report.markdown(), &shown))?;
-    let json = serde_json::to_string_pretty(&report.scores()).map_err(|e| Error::write(output, e))?;
-    text("scores.json", json + "\n")?;
-    for named in figures {
-        files.extend(named.figure.save(&output.join(named.name))?);
-    }
-    Ok(files)
+    stage_text(staging, "result.md", &result_text(&report.markdown(), &shown))?;
+    stage_json(staging, "scores.json", &report.scores())?;
+    figures.into_iter().try_for_each(|named| stage_figure(staging, named.name, || Ok(Some(named.figure))))
 }
 
 /// The default of `--models` are the models of the paper's table.

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use haloray::Result;
 use haloray::error::Domain;
-use haloray::io::{Column, RAYS_GROUP, Staging, Table};
+use haloray::io::{Column, RAYS_GROUP, Table};
 use haloray::pipeline::{CutRow, cut_study};
 use haloray::report::{cut_figure, markdown_table, result_text, stage_figure};
 
 use crate::bars::Bars;
-use crate::output::finish_study;
-use crate::settings::{Settings, Tracing, of_option, provenance, psf};
+use crate::output::{begin, finish_study};
+use crate::settings::{Settings, Tracing, check_draws, of_option, provenance, psf};
 use crate::summary::grouped;
 
 /// What the shear cut does to κ, γ, F, Δ and the image of one line of sight.
@@ -41,13 +41,14 @@ pub fn run(args: &CutArgs, bars: &Bars) -> Result<()> {
     for &cut in &args.cuts {
         of_option(Domain::from_below(0.0, 1.0), "--cuts", cut, "at least 0 and below 1")?;
     }
-    let (psf, provenance) = (psf(&config)?, provenance(&config)?);
-    let staging = Staging::begin(&args.output)?;
+    check_draws(&config, "study cut")?;
+    let (psf, provenance) = (psf(&config)?, provenance(&config, 0)?);
+    let staging = begin(&args.output, &["cut.csv", "cut.svg", "cut.png", "result.md"], bars)?;
     let rows = cut_study(&config, &psf, &args.cuts, bars)?;
     let table = table(&rows)?;
     staging.write("cut.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
     let figure = cut_figure(&rows);
-    stage_figure(&staging, "cut", &figure)?;
+    stage_figure(&staging, "cut", || Ok(Some(figure)))?;
     let shows = "changes of κ, γ, F, Δ and of the image against the cut";
     finish_study(staging, &result_text(&summary(&rows), &[("cut", shows)]), bars)
 }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use haloray::Result;
 use haloray::error::Domain;
+use haloray::{Error, Result};
 
 use crate::settings::{Cosmology, of_option};
 
@@ -28,6 +28,15 @@ pub fn run(args: &Args) -> Result<()> {
     for &z in args.z.iter().chain(&args.z_source) {
         of_option(Domain::from_to(0.0, 1100.0), "redshift", z, "from 0 to 1100")?;
     }
+    if let Some(source) = args.z_source
+        && let Some(behind) = args.z.iter().find(|z| **z > source)
+    {
+        return Err(Error::argument(
+            "--z-source",
+            source,
+            &format!("at least every other redshift: {behind} is one"),
+        ));
+    }
     let mut text = String::from("z,comoving_mpc,angular_diameter_mpc");
     if args.z_source.is_some() {
         text += ",comoving_to_source_mpc,angular_diameter_to_source_mpc";
@@ -48,6 +57,5 @@ pub fn run(args: &Args) -> Result<()> {
         }
         text.push('\n');
     }
-    crate::terminal::print(&text);
-    Ok(())
+    crate::terminal::print_result(&text)
 }

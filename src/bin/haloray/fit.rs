@@ -14,16 +14,15 @@ use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
-use haloray::io::{
-    Provenance, Saved, Staging, hash, read_checkpoint, read_observation, read_text, write_checkpoint,
-};
+use haloray::io::{Provenance, hash, read_observation, read_text};
 use haloray::monitor::Monitor;
 use haloray::report::{FitSummary, write_fit};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::output::print_files;
-use crate::terminal::{print, warn};
+use crate::output::{begin, commit, print_files};
+use crate::saved::StateFile;
+use crate::terminal::{print, print_result, warn};
 use crate::through_haloes::{choose_table, compile};
 
 /// Fit a lensed image: the posterior of a lens, its line of sight and its source.
@@ -37,7 +36,8 @@ use crate::through_haloes::{choose_table, compile};
     after_help = "Examples:\n  haloray fit --list\n  haloray fit image.fits --model simple-minimal -o fit\n  \
                   haloray fit image.fits --model my.toml --sampler nested -o evidence\n  \
                   haloray fit run/image_all_haloes.fits --model haloes --haloes run/run.h5 -o closure\n\n\
-                  Exit code 1 if the posterior has not converged (R-hat < 1.01 and ESS > 400 for every quantity)."
+                  Exit code 1 if the posterior has not converged (R-hat < 1.01 and ESS > 400 for every quantity). Whether the model\n\
+                  describes the image is another question: good_fit in summary.json, and a warning before the table."
 )]
 pub struct Args {
     /// The image.
@@ -148,6 +148,22 @@ pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Resul
     Ok(settings)
 }
 
+/// What the folder of a fit holds.
+const FIT_FILES: [&str; 12] = [
+    "summary.json",
+    "timings.json",
+    "model.toml",
+    "posterior.nc",
+    "corner.svg",
+    "corner.png",
+    "reconstruction.svg",
+    "reconstruction.png",
+    "source.svg",
+    "source.png",
+    "trace.svg",
+    "trace.png",
+];
+
 /// What [`run`] says when it ended well or not.
 pub enum Outcome {
     Converged,
@@ -168,7 +184,10 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let (Some(image), Some(output), Some(mut description), false) =
         (&args.image, &args.output, description.clone(), args.list)
     else {
-        print(&description.map_or_else(list, |d| toml_of(&d)));
+        // A built-in model is shown as it was written, one line a prior, ready to be extended.
+        let built_in = BUILT_IN.iter().find(|(name, _)| Some(*name) == args.model.as_deref());
+        let text = built_in.map(|(_, toml)| toml.to_string()).or(description.map(|d| toml_of(&d)));
+        print_result(&text.unwrap_or_else(list))?;
         return Ok(Outcome::Converged);
     };
     if let Some(kind) = args.likelihood {
@@ -193,9 +212,10 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         seed: args.seed,
     };
     let model = compile(&description, &keywords)?;
-    let truths = args.truth.as_deref().map_or(Ok(Vec::new()), read_truths)?;
+    let known: Vec<String> = model.quantities().into_iter().map(|quantity| quantity.name).collect();
+    let truths = args.truth.as_deref().map_or(Ok(Vec::new()), |path| read_truths(path, &known))?;
     let provenance = Provenance::new(Some(args.seed), toml_of(&description));
-    let staging = Staging::begin(output)?;
+    let staging = begin(output, &FIT_FILES, bars)?;
 
     let mut inputs = fingerprint(image)?;
     if let Some(table) = &description.line_of_sight.file {
@@ -208,16 +228,15 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let fit = Fit::run(observation, model, settings, &mut saved, monitor).map_err(|error| {
         // What cannot be fitted has no state worth keeping.
         if error.is_bad_input() {
-            let _ = std::fs::remove_file(&saved.path);
+            saved.file.remove();
         }
         error.in_model(&description.name)
     })?;
     drop(task);
     let summary = FitSummary::of(&fit, &description.name, saved.seconds());
     write_fit(&fit, &summary, &truths, &staging, "", &provenance)?;
-    let files = staging.commit()?;
-    // The results are safe; a state that stays behind is only ever continued by the same command.
-    let _ = std::fs::remove_file(&saved.path);
+    let files = commit(staging)?;
+    saved.file.remove();
     if !bars.is_quiet() {
         print(&table(&summary, &truths));
     }
@@ -225,68 +244,47 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     Ok(if summary.converged { Outcome::Converged } else { Outcome::NotConverged })
 }
 
-/// The state of an unfinished fit, hidden beside its folder.
+/// The state of an unfinished fit.
 struct SavedFit<'a> {
     bars: &'a Bars,
-    path: PathBuf,
-    command: String,
+    file: StateFile,
     /// Seconds of earlier attempts.
     before: f64,
     start: Instant,
-    next_save: Instant,
-    /// Whether the fit has gone on since it was saved.
-    is_behind: bool,
 }
 
 impl<'a> SavedFit<'a> {
     fn beside(output: &Path, command: String, bars: &'a Bars) -> Self {
-        let name = output.file_name().map_or_else(|| "fit".into(), |name| name.to_string_lossy());
-        let (path, now) = (output.with_file_name(format!(".{name}.haloray-fit")), Instant::now());
-        bars.keeps("the state of the fit", &path);
-        Self { bars, path, command, before: 0.0, start: now, next_save: now, is_behind: false }
+        let file = StateFile::beside(output, "fit", command);
+        bars.keeps("the state of the fit", &file.path);
+        Self { bars, file, before: 0.0, start: Instant::now() }
     }
 
     /// Seconds of all attempts.
     fn seconds(&self) -> f64 {
         self.before + self.start.elapsed().as_secs_f64()
     }
-
-    fn begin_anew(&self, why: &str) {
-        warn(format_args!("{}: the saved state is {why}; the fit begins anew", self.path.display()));
-    }
 }
 
 impl FitStore for SavedFit<'_> {
     fn load(&mut self) -> Result<Option<FitState>> {
-        match read_checkpoint(&self.path, &self.command)? {
-            Saved::Nothing => Ok(None),
-            Saved::Unusable(why) => {
-                self.begin_anew(why);
-                Ok(None)
-            }
-            Saved::State((state, seconds)) => {
-                self.before = seconds;
-                Ok(Some(state))
-            }
-        }
+        let (state, seconds) = self.file.load()?.unzip();
+        self.before = seconds.unwrap_or(0.0);
+        Ok(state)
     }
 
     fn refuse(&mut self) {
         self.before = 0.0;
-        self.begin_anew("of another fit");
+        self.file.begin_anew("of another fit");
+    }
+
+    fn doubt(&mut self, doubt: &str) {
+        warn(doubt);
     }
 
     fn save(&mut self, state: &FitState) -> Result<()> {
-        /// Seconds of computing for one of saving the state, which grows with the draws.
-        const COMPUTED_PER_SAVED: u32 = 20;
-        let now = Instant::now();
-        let is_due = if self.bars.is_cancelled() { self.is_behind } else { now >= self.next_save };
-        self.is_behind = !is_due;
-        if is_due {
-            write_checkpoint(&self.path, &self.command, &(state, self.seconds()))?;
-            self.next_save = Instant::now() + now.elapsed() * COMPUTED_PER_SAVED;
-        }
-        Ok(())
+        let seconds = self.seconds();
+        self.file.save(&(state, seconds), self.bars.is_cancelled())
     }
 }
 
@@ -306,11 +304,19 @@ pub fn description(model: &str) -> Result<ModelDescription> {
         .map_err(|error| Error::Model { model: model.into(), problem: error.to_string().trim_end().into() })
 }
 
-fn read_truths(path: &Path) -> Result<Vec<(String, f64)>> {
+fn read_truths(path: &Path, known: &[String]) -> Result<Vec<(String, f64)>> {
+    let refuse = |problem| Err(Error::file(FileFault::Content, path, problem));
     let text = read_text(path)?;
-    let values: std::collections::BTreeMap<String, f64> = serde_json::from_str(&text).map_err(|e| {
-        Error::file(FileFault::Content, path, format!("not a JSON object of numbers by parameter name: {e}"))
-    })?;
+    let values: std::collections::BTreeMap<String, f64> = match serde_json::from_str(&text) {
+        Ok(values) => values,
+        Err(e) => return refuse(format!("not a JSON object of numbers by parameter name: {e}")),
+    };
+    let unknown: Vec<&str> =
+        values.keys().map(String::as_str).filter(|n| !known.iter().any(|k| k == n)).collect();
+    if !unknown.is_empty() {
+        let (unknown, known) = (unknown.join(", "), known.join(", "));
+        return refuse(format!("the fit has no {unknown}; its parameters are {known}"));
+    }
     Ok(values.into_iter().collect())
 }
 
@@ -333,8 +339,14 @@ fn list() -> String {
 
 /// The posterior as a person reads it.
 pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
-    let mut text = format!(
-        "\n{:<24} {:>11} {:>11} {:>24} {:>8} {:>8}\n",
+    let mut text = String::from("\n");
+    if !summary.good_fit {
+        text += "THE MODEL DOES NOT DESCRIBE THE IMAGE\n";
+    }
+    summary.warnings.iter().for_each(|warning| text += &format!("warning: {warning}\n"));
+    let _ = writeln!(
+        text,
+        "\n{:<24} {:>11} {:>11} {:>24} {:>8} {:>8}",
         "parameter", "median", "best fit", "68% interval", "R-hat", "ESS"
     );
     for p in &summary.parameters {
@@ -359,9 +371,11 @@ pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
     }
     let _ = writeln!(
         text,
-        "\n{}: χ²/dof {:.3}, {} evaluations, {:.1} s{}\n",
+        "\n{}{}: χ²/dof {:.3} (p = {:.2}), {} evaluations, {:.1} s{}\n",
         if summary.converged { "converged" } else { "NOT CONVERGED" },
+        if summary.good_fit { ", good fit" } else { ", NOT A GOOD FIT" },
         summary.chi2_reduced,
+        summary.p_value,
         summary.evaluations,
         summary.seconds,
         if summary.divergences > 0 {

@@ -10,7 +10,7 @@ use haloray::report::{exposure_figure, image_file, stage_figure};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files};
+use crate::output::{Output, commit, print_files};
 use crate::settings::{Sight, imported_haloes, provenance, psf};
 use crate::summary::print_accuracy;
 
@@ -33,23 +33,28 @@ pub struct Args {
     output: PathBuf,
 }
 
+/// What a folder gets.
+const FILES: [&str; 4] = ["image.fits", "image_noise_free.fits", "image.svg", "image.png"];
+
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.sight.resolve()?;
     let psf = psf(&config)?;
     let imported = imported_haloes(&config)?;
-    let provenance = provenance(&config)?;
-    let inputs = [config.haloes.catalogue.as_deref(), config.instrument.psf_file.as_deref()];
-    let output = Output::begin(&args.output, &["fits", "fit"], &inputs)?;
+    let provenance = provenance(&config, args.sight.sightline())?;
+    let inputs =
+        [config.haloes.catalogue.as_deref(), config.instrument.psf_file.as_deref(), args.sight.file()];
+    let output = Output::begin(&args.output, &["fits", "fit"], &inputs, &FILES, bars)?;
     if args.noise_free && matches!(output, Output::Folder(_)) {
         let allowed = "left out with a folder as output, which holds both images";
         return Err(Error::argument("--noise-free", "given", allowed));
     }
 
-    let haloes = pipeline::populate(&config, imported, 0, bars)?;
+    let haloes = pipeline::populate(&config, imported, args.sight.sightline(), bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
-    let shapes = LensAndSource::resolve(&config, 0);
+    let shapes = LensAndSource::resolve(&config, args.sight.sightline());
     bars.begin("image", None);
-    let view = View::through(&config, &sight, &shapes, &psf, (0, Stage::NoiseImage), bars)?;
+    let view =
+        View::through(&config, &sight, &shapes, &psf, (args.sight.sightline(), Stage::NoiseImage), bars)?;
     bars.end();
 
     let exposure = &view.exposure;
@@ -67,8 +72,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             staging.write("image_noise_free.fits", |path| fits(&exposure.noise_free_e_s, path))?;
             let curves = view.curves.as_ref().map(|curves| curves.about(view.source_centre_arcsec));
             let figure = exposure_figure(exposure, config.instrument.background_rms_e_s(), curves.as_ref());
-            stage_figure(&staging, "image", &figure)?;
-            staging.commit()?
+            stage_figure(&staging, "image", || Ok(Some(figure)))?;
+            commit(staging)?
         }
     };
     print_accuracy(&view.accuracy, bars);

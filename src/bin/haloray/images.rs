@@ -8,13 +8,14 @@ use haloray::report::{curve_figure, stage_figure};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files};
+use crate::output::{Output, commit, print_files};
 use crate::settings::Cosmology;
 
 /// Find all images of a point source behind a lens model in lenstronomy's own form.
 ///
 /// Prints position, kind, magnification and delay of every image, faint central ones included, and says whether the
-/// parities add up to the winding of β − β_s along the edge of the window, as they must when none is missing. A folder
+/// parities add up to the winding of β − β_s along the edge of the window, as they must when none is missing. The window
+/// is widened where rays at its edge are deflected so far that images may lie outside. A folder
 /// as output holds images.csv, curves.csv (critical curves and caustics, vertex by vertex) and their figure.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  haloray images model.json --source 0.1,0.05\n  \
@@ -27,7 +28,7 @@ pub struct Args {
     /// Position of the source, arcsec.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     source: String,
-    /// Half the side of the window about the axis in which images are looked for.
+    /// Half the side of the window about the axis in which images are looked for; widened where they may lie outside.
     #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC", default_value_t = 5.0)]
     half_width_arcsec: f64,
     /// One file for the images (.csv, .h5 or .fits), or a folder for images, curves and figure.
@@ -37,6 +38,9 @@ pub struct Args {
     cosmology: Cosmology,
 }
 
+/// What a folder gets.
+const FILES: [&str; 4] = ["images.csv", "curves.csv", "curves.svg", "curves.png"];
+
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let source = source(&args.source)?;
     let model = read_lens_model(&args.model, &args.cosmology.background()?)?;
@@ -44,14 +48,16 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         .map_err(|error| error.named("half_width_arcsec", "--half-width-arcsec"))?;
     let extensions = ["csv", "h5", "hdf5", "fits", "fit"];
     let output = args.output.as_deref();
-    let output = output.map(|path| Output::begin(path, &extensions, &[Some(&args.model)])).transpose()?;
+    let output = output
+        .map(|path| Output::begin(path, &extensions, &[Some(&args.model)], &FILES, bars))
+        .transpose()?;
     for warning in &model.warnings {
         crate::terminal::warn(warning);
     }
     let mapping = model.lens.mapping();
     let found = PointImages::of(mapping, &window, source);
-    if !found.is_complete() {
-        crate::terminal::warn("the parities do not add up to the winding; the source may lie on a caustic");
+    if let Some(doubt) = found.doubt() {
+        crate::terminal::warn(doubt);
     }
     let table = image_table(&found)?;
     let provenance = Provenance::new(None, "");
@@ -63,12 +69,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         }
         Some(Output::Folder(staging)) => {
             staging.write("images.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
-            let curves = CriticalCurves::of(mapping, &window, bars)?;
+            let curves = CriticalCurves::of(mapping, &found.window, bars)?;
             let vertices = curve_table(&curves)?;
             staging.write("curves.csv", |path| vertices.write(path, RAYS_GROUP, &provenance))?;
-            let figure = curve_figure(&curves, &found, source, args.half_width_arcsec);
-            stage_figure(&staging, "curves", &figure)?;
-            staging.commit()?
+            let figure = curve_figure(&curves, &found, source, found.window.half_width_arcsec);
+            stage_figure(&staging, "curves", || Ok(Some(figure)))?;
+            commit(staging)?
         }
     };
     crate::terminal::print_result(&text(&found))?;
@@ -95,6 +101,7 @@ fn text(found: &PointImages) -> String {
         let [x, y] = point.theta_arcsec;
         text += &format!("{x:14.9}  {y:14.9}  singular lens centre, counts {}\n", point.winding);
     }
-    let verdict = if found.is_complete() { "complete" } else { "NOT proven complete" };
-    text + &format!("{} images, {verdict} by the parity count\n", found.images.len())
+    let verdict = if found.is_complete() { "complete by the parity count" } else { "NOT proven complete" };
+    let half = found.window.half_width_arcsec;
+    text + &format!("{} images within {half:.4}″ of the axis, {verdict}\n", found.images.len())
 }

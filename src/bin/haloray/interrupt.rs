@@ -27,7 +27,7 @@ static CAUGHT: Mutex<Option<(i32, Vec<PathBuf>)>> = Mutex::new(None);
 pub fn watch(bars: &'static Bars) -> Result<()> {
     let signals = Signals::new([SIGINT, SIGTERM]);
     let mut signals = signals.map_err(|error| Error::write(Path::new("signal handlers"), error))?;
-    std::thread::spawn(move || {
+    let listener = move || {
         let Some(signal) = signals.forever().next() else { return };
         *CAUGHT.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) =
             Some((signal, folders_written_to()));
@@ -37,8 +37,9 @@ pub fn watch(bars: &'static Bars) -> Result<()> {
             std::thread::sleep(LOOK);
         }
         end(bars);
-    });
-    Ok(())
+    };
+    let spawned = std::thread::Builder::new().spawn(listener);
+    spawned.map(drop).map_err(|error| Error::write(Path::new("signal handlers"), error))
 }
 
 /// Ends the process if a signal came: sweeps, says what is kept and how to go on, and never returns.

@@ -17,8 +17,10 @@ mod mock;
 mod output;
 mod populate;
 mod relations;
+mod saved;
 mod schema;
 mod settings;
+mod sheets;
 mod simulate;
 mod study;
 mod summary;
@@ -58,6 +60,9 @@ struct Cli {
     /// No progress bars and no summary.
     #[arg(long, short, global = true, display_order = 901)]
     quiet: bool,
+    /// Replace files in the output folder that no earlier run wrote there, or that were changed since.
+    #[arg(long, global = true, display_order = 902)]
+    overwrite: bool,
 }
 
 #[derive(Subcommand)]
@@ -81,10 +86,10 @@ enum Command {
 fn main() -> ExitCode {
     match Cli::try_parse() {
         Err(refused) => report_arguments(&refused),
-        Ok(cli) => {
+        Ok(mut cli) => {
             terminal::listen(cli.quiet);
-            let bars: &'static Bars = Box::leak(Box::new(Bars::new(cli.quiet)));
-            let result = interrupt::watch(bars).and_then(|()| run(&cli, bars));
+            let bars: &'static Bars = Box::leak(Box::new(Bars::new(cli.quiet, cli.overwrite)));
+            let result = interrupt::watch(bars).and_then(|()| run(&mut cli, bars));
             result.unwrap_or_else(|error| {
                 interrupt::end(bars);
                 report(&error)
@@ -105,12 +110,12 @@ fn report_arguments(refused: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-fn run(cli: &Cli, bars: &Bars) -> Result<ExitCode> {
-    if let Some(threads) = cli.threads {
-        let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-        built.map_err(|e| Error::argument("--threads", threads, &format!("possible here ({e})")))?;
-    }
-    match &cli.command {
+fn run(cli: &mut Cli, bars: &Bars) -> Result<ExitCode> {
+    // Built now, so that threads that the system refuses are an error and no panic later; 0 means all cores.
+    let built = rayon::ThreadPoolBuilder::new().num_threads(cli.threads.unwrap_or(0)).build_global();
+    let number = cli.threads.map_or("all cores".into(), |threads| threads.to_string());
+    built.map_err(|e| Error::argument("--threads", number, &format!("possible here ({e})")))?;
+    match &mut cli.command {
         Command::Populate(args) => populate::run(args, bars),
         Command::Trace(args) => trace::run(args, bars),
         Command::Map(args) => map::run(args, bars),

@@ -8,8 +8,9 @@ use haloray::pipeline::{self, LensAndSource, critical_curves, line_of_sight, mai
 use haloray::report::{map_figures, stage_figure};
 
 use crate::bars::Bars;
-use crate::output::{Output, print_files};
+use crate::output::{Output, commit, print_files};
 use crate::settings::{Sight, imported_haloes, provenance};
+use crate::sheets::tell_sheets;
 use crate::summary::print_accuracy;
 
 /// Map κ, γ1, γ2, ω, |F|, |G| and Δ of the haloes on a grid (main lens excluded).
@@ -40,15 +41,22 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
     config.validate().map_err(|error| error.named("maps.half_width_arcsec", "--half-width-arcsec"))?;
     let imported = imported_haloes(&config)?;
-    let provenance = provenance(&config)?;
-    let output = Output::begin(&args.output, &["h5", "hdf5"], &[config.haloes.catalogue.as_deref()])?;
+    let provenance = provenance(&config, args.sight.sightline())?;
+    let output = Output::begin(
+        &args.output,
+        &["h5", "hdf5"],
+        &[config.haloes.catalogue.as_deref(), args.sight.file()],
+        &["maps.h5"],
+        bars,
+    )?;
 
-    let haloes = pipeline::populate(&config, imported, 0, bars)?;
+    let haloes = pipeline::populate(&config, imported, args.sight.sightline(), bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
+    tell_sheets(&config, &haloes, bars)?;
     let (maps, accuracy) = pipeline::maps(&config, &sight, bars)?;
     let curves = config.diagnostics.critical_curves.then(|| {
         bars.stage("critical curves", || {
-            let lens = main_lens(&config, &LensAndSource::resolve(&config, 0), &sight)?;
+            let lens = main_lens(&config, &LensAndSource::resolve(&config, args.sight.sightline()), &sight)?;
             critical_curves(&sight.through_lens(&lens)?, config.maps.half_width_arcsec, bars)
         })
     });
@@ -70,9 +78,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         Output::Folder(staging) => {
             staging.write("maps.h5", write)?;
             for (name, figure) in map_figures(&staging.path("maps.h5"))? {
-                stage_figure(&staging, name, &figure)?;
+                stage_figure(&staging, name, || Ok(Some(figure)))?;
             }
-            staging.commit()?
+            commit(staging)?
         }
     };
     print_accuracy(&accuracy, bars);

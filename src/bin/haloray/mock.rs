@@ -8,13 +8,15 @@ use haloray::imaging::{Instrument, PixelSampling, Psf};
 use haloray::io::{CATALOGUE_GROUP, ImageFile, Provenance, Staging, catalogue_table, truth_table};
 use haloray::mock::{MockImage, MockSystem, Protocol};
 use haloray::monitor::Monitor;
+use haloray::pipeline::RowStore;
 use haloray::plot::figures::{GridData, MosaicImage, mosaic};
 use haloray::report::stage_figure;
 use rayon::prelude::*;
 
 use crate::bars::Bars;
 use crate::fit::SamplingArg;
-use crate::output::print_files;
+use crate::output::{begin, commit, print_files};
+use crate::saved::SavedRows;
 
 /// Draw realistic composite lenses and image them: the paper's catalogue of section 3 and appendix B.
 ///
@@ -60,7 +62,11 @@ enum PresetArg {
 const MOST_IN_MOSAIC: usize = 144;
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
-    let staging = Staging::begin(&args.output)?;
+    let staging = begin(
+        &args.output,
+        &["catalogue.csv", "catalogue.h5", "truth.csv", "mosaic.svg", "mosaic.png"],
+        bars,
+    )?;
     let protocol = match args.preset {
         PresetArg::Paper => Protocol::paper(),
         PresetArg::Text => Protocol::text(),
@@ -84,7 +90,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         let truths = truth_table(&systems, names, qualities)?;
         staging.write("truth.csv", |path| truths.write(path, CATALOGUE_GROUP, &provenance))?;
     }
-    print_files(&staging.commit()?, bars);
+    print_files(&commit(staging)?, bars);
     Ok(())
 }
 
@@ -97,6 +103,9 @@ fn write_images(
     provenance: &Provenance,
     bars: &Bars,
 ) -> Result<(Vec<String>, Vec<f64>)> {
+    let command = format!("mock, seed {}\n{}", args.seed, provenance.config_toml);
+    let saved = SavedRows::<MockImage>::beside(&args.output, command, bars)?;
+    let rows: &dyn RowStore<MockImage> = &saved;
     let psf = Psf::gaussian(
         instrument.psf_fwhm_arcsec,
         instrument.psf_truncation_sigma,
@@ -108,7 +117,9 @@ fn write_images(
         .par_iter()
         .map(|system| {
             task.check()?;
-            let image = MockImage::expose(system, instrument, &psf, args.pixel_sampling.into(), args.seed);
+            let sampling = args.pixel_sampling.into();
+            let expose = || MockImage::expose(system, instrument, &psf, sampling, args.seed);
+            let image = rows.row(system.number, expose);
             task.advance(1);
             image
         })
@@ -143,7 +154,7 @@ fn write_images(
         .collect();
     let columns = (tiles.len() as f64).sqrt().ceil() as usize;
     let figure = mosaic(&tiles, columns);
-    stage_figure(staging, "mosaic", &figure)?;
+    stage_figure(staging, "mosaic", || Ok(Some(figure)))?;
     Ok((names, images.iter().map(|image| image.quality).collect()))
 }
 

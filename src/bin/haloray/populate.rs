@@ -7,7 +7,7 @@ use haloray::io::{Table, write_haloes};
 use haloray::pipeline;
 
 use crate::bars::Bars;
-use crate::settings::{Settings, check_not_an_input, imported_haloes, provenance};
+use crate::settings::{Settings, Sightline, check_not_an_input, imported_haloes, provenance};
 use crate::summary::{counted, grouped};
 
 /// Draw the haloes of a line of sight and write them as a table.
@@ -21,6 +21,8 @@ use crate::summary::{counted, grouped};
 pub struct Args {
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    sightline: Sightline,
     /// Halo table to write: .csv, .h5 or .fits.
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
@@ -30,9 +32,11 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
     let imported = imported_haloes(&config)?;
     Table::check_target(&args.output)?;
-    check_not_an_input(&args.output, &[config.haloes.catalogue.as_deref()])?;
-    let haloes = pipeline::populate(&config, imported, 0, bars)?;
-    bars.stage("write table", || write_haloes(&haloes.catalogue, &args.output, &provenance(&config)?))?;
+    check_not_an_input(&args.output, &[config.haloes.catalogue.as_deref(), args.settings.file()])?;
+    let haloes = pipeline::populate(&config, imported, args.sightline.number, bars)?;
+    bars.stage("write table", || {
+        write_haloes(&haloes.catalogue, &args.output, &provenance(&config, args.sightline.number)?)
+    })?;
     if !bars.is_quiet() {
         let drawn = haloes.number_drawn.map_or(String::new(), |n| format!(" of {} drawn", grouped(n as f64)));
         let kept = counted(haloes.catalogue.len(), "halo", "haloes");

@@ -7,7 +7,7 @@ use haloray::io::{Column, Table};
 use haloray::pipeline::Relations;
 
 use crate::bars::Bars;
-use crate::settings::{Settings, provenance};
+use crate::settings::{Settings, check_not_an_input, provenance};
 
 /// Tabulate the relations of a configuration: z, m200c_msun, sigma, peak_height, dn_dlnm_per_cmpc3, c200c.
 ///
@@ -33,6 +33,7 @@ pub struct Args {
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
     Table::check_target(&args.output)?;
+    check_not_an_input(&args.output, &[args.settings.file()])?;
     let (low, high) = (config.haloes.mass_min_msun, config.haloes.mass_max_msun);
     let step = (high / low).ln() / f64::from(args.masses - 1);
     let masses: Vec<f64> = (0..args.masses).map(|i| low * (step * f64::from(i)).exp()).collect();
@@ -45,7 +46,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         Column::f64("dn_dlnm_per_cmpc3", Some("Mpc^-3"), relations.dn_dlnm_per_cmpc3),
         Column::f64("c200c", None, relations.c200c),
     ])?;
-    table.write(&args.output, "relations", &provenance(&config)?)?;
+    table.write(&args.output, "relations", &provenance(&config, 0)?)?;
     if !bars.is_quiet() {
         crate::terminal::print(&format!("{} rows written to {}\n", table.row_count(), args.output.display()));
     }

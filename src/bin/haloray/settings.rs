@@ -54,6 +54,18 @@ pub enum DrawArg {
 }
 
 impl Settings {
+    /// The configuration file, if there is one.
+    pub fn file(&self) -> Option<&Path> {
+        self.config.as_deref()
+    }
+
+    /// Takes `file` for the configuration if there is none yet.
+    pub fn or_file(&mut self, file: &str) -> bool {
+        let is_free = self.config.is_none();
+        self.config.get_or_insert_with(|| file.into());
+        is_free
+    }
+
     /// The resolved configuration.
     pub fn resolve(&self) -> Result<Config> {
         let preset = match self.preset {
@@ -84,6 +96,14 @@ impl Settings {
     }
 }
 
+/// Which of the sightlines of a seed.
+#[derive(clap::Args)]
+pub struct Sightline {
+    /// Sightline K of the seed, as `study tidal -n` numbers them from 0.
+    #[arg(long = "sightline", value_name = "K", default_value_t = 0)]
+    pub number: u64,
+}
+
 /// How accurately rays are traced.
 #[derive(clap::Args)]
 pub struct Tracing {
@@ -106,6 +126,8 @@ pub struct Sight {
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
+    sightline: Sightline,
+    #[command(flatten)]
     tracing: Tracing,
     /// Halo table to use instead of a draw.
     #[arg(long, value_name = "FILE")]
@@ -116,6 +138,16 @@ pub struct Sight {
 }
 
 impl Sight {
+    /// The configuration file, if there is one.
+    pub fn file(&self) -> Option<&Path> {
+        self.settings.file()
+    }
+
+    /// Which of the sightlines of the seed.
+    pub fn sightline(&self) -> u64 {
+        self.sightline.number
+    }
+
     /// The resolved configuration, with the options laid over it.
     pub fn resolve(&self) -> Result<Config> {
         let mut config = self.settings.resolve()?;
@@ -159,11 +191,23 @@ pub fn check_not_an_input(output: &Path, inputs: &[Option<&Path>]) -> Result<()>
     Ok(())
 }
 
-/// What every output of a configured run stores.
-pub fn provenance(config: &Config) -> Result<Provenance> {
+/// What every output of a configured run of that sightline stores.
+pub fn provenance(config: &Config, sightline: u64) -> Result<Provenance> {
     let text = toml::to_string(config)
         .map_err(|e| Error::out_of_range("configuration", e, "representable as TOML"))?;
-    Ok(Provenance::new(Some(config.seed), text))
+    let told = if sightline == 0 { String::new() } else { format!("# sightline = {sightline}\n") };
+    Ok(Provenance::new(Some(config.seed), told + &text))
+}
+
+/// Refuses a halo table of the user's own where many lines of sight are drawn.
+pub fn check_draws(config: &Config, study: &str) -> Result<()> {
+    match &config.haloes.catalogue {
+        None => Ok(()),
+        Some(path) => {
+            let allowed = format!("left out: {study} draws its haloes");
+            Err(Error::out_of_range("haloes.catalogue", path.display(), &allowed))
+        }
+    }
 }
 
 /// The imported catalogue of a configuration, if it names one.

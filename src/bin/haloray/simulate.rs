@@ -10,7 +10,8 @@ use haloray::report::{FitSummary, stage_text, write_fit, write_run};
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, table, toml_of};
-use crate::settings::{Settings, Tracing, imported_haloes, provenance, psf};
+use crate::output::{begin, commit, one_of_a_name};
+use crate::settings::{Settings, Sightline, Tracing, imported_haloes, provenance, psf};
 use crate::summary;
 
 /// Run the whole chain: haloes, tracing, diagnostics, maps, the two images, files and figures.
@@ -28,6 +29,8 @@ pub struct Args {
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
+    sightline: Sightline,
+    #[command(flatten)]
     tracing: Tracing,
     /// Fit both images too, with `tidal-minimal` or the models given (comma-separated names of `haloray fit --list`).
     #[arg(long, value_name = "MODELS", num_args = 0..=1, value_delimiter = ',', default_missing_value = "tidal-minimal")]
@@ -40,7 +43,16 @@ pub struct Args {
     output: PathBuf,
 }
 
-pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
+pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
+    // `--fit my.toml` means the flag and the configuration.
+    if let [file] = args.fit.as_slice()
+        && file.to_ascii_lowercase().ends_with(".toml")
+        && args.settings.or_file(file)
+    {
+        args.fit = vec!["tidal-minimal".into()];
+    }
+    let args = &*args;
+    one_of_a_name("model", args.fit.iter().map(String::as_str))?;
     for model in &args.fit {
         ModelDescription::built_in(model)?;
     }
@@ -49,13 +61,14 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     config.diagnostics.critical_curves |= args.curves;
     let psf = psf(&config)?;
     let inputs = Inputs { catalogue: imported_haloes(&config)?, psf: psf.clone() };
-    let provenance = provenance(&config)?;
-    let staging = Staging::begin(&args.output)?;
-    let run = simulate(&config, inputs, 0, bars)?;
+    let provenance = provenance(&config, args.sightline.number)?;
+    let staging =
+        begin(&args.output, &["run.h5", "summary.json", "config.toml", "recovered_shears.csv"], bars)?;
+    let run = simulate(&config, inputs, args.sightline.number, bars)?;
     bars.stage("files and figures", || write_run(&run, &psf, &staging, &provenance))?;
     let fits = fit_views(&run, &psf, &args.fit, bars)?;
     let summaries = write_fits(&fits, &staging, config.seed)?;
-    let files = staging.commit()?;
+    let files = commit(staging)?;
     if !bars.is_quiet() {
         summary::print(&run, &args.settings.name(), &bars.seconds(), &files);
         for (fit, summary) in fits.iter().zip(&summaries) {

@@ -4,15 +4,16 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use haloray::Result;
-use haloray::io::{Column, RAYS_GROUP, Staging, Table};
-use haloray::pipeline::{ImageResidual, TidalResidual, rms, tidal_study};
+use haloray::io::{Column, RAYS_GROUP, Table};
+use haloray::pipeline::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
 use haloray::report::{markdown_table, result_text, stage_figure, tidal_residual_figure};
 
 use crate::advantage::{self, AdvantageArgs};
 use crate::bars::Bars;
 use crate::fit::Outcome;
-use crate::output::finish_study;
-use crate::settings::{Settings, provenance};
+use crate::output::{begin, finish_study};
+use crate::saved::SavedRows;
+use crate::settings::{Settings, check_draws, provenance};
 
 /// Experiments over many sightlines.
 #[derive(clap::Args)]
@@ -43,6 +44,9 @@ struct TidalArgs {
     /// Number of sightlines.
     #[arg(long, short, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     number: u64,
+    /// Sightline K alone, as it stands in the study of more than K of them.
+    #[arg(long, value_name = "K", conflicts_with = "number")]
+    sightline: Option<u64>,
     /// Keep the haloes beyond the tidal regime (Δ_h at or above the threshold), which are left out otherwise.
     #[arg(long)]
     all_haloes: bool,
@@ -63,15 +67,26 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
 
 fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
-    let provenance = provenance(&config)?;
-    let staging = Staging::begin(&args.output)?;
-    let rows = tidal_study(&config, args.number, !args.all_haloes, bars)?;
+    check_draws(&config, "study tidal")?;
+    let provenance = provenance(&config, 0)?;
+    let staging = begin(
+        &args.output,
+        &["residuals.csv", "tidal_residuals.svg", "tidal_residuals.png", "result.md"],
+        bars,
+    )?;
+    let command = format!("study tidal, all haloes: {}\n{}", args.all_haloes, provenance.config_toml);
+    let saved = SavedRows::beside(&args.output, command, bars)?;
+    let rows = match args.sightline {
+        Some(sightline) => vec![tidal_residual(&config, sightline, !args.all_haloes, bars)?],
+        None => tidal_study(&config, args.number, !args.all_haloes, &saved, bars)?,
+    };
     let table = residual_table(&rows)?;
     staging.write("residuals.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
-    let figure = tidal_residual_figure(&config, &rows)?;
-    stage_figure(&staging, "tidal_residuals", &figure)?;
+    stage_figure(&staging, "tidal_residuals", || tidal_residual_figure(&config, &rows).map(Some))?;
     let shows = "residuals in β and in the image of the first sightline, and the rms and χ² of all";
-    finish_study(staging, &result_text(&summary(&rows), &[("tidal_residuals", shows)]), bars)
+    finish_study(staging, &result_text(&summary(&rows), &[("tidal_residuals", shows)]), bars)?;
+    saved.remove();
+    Ok(())
 }
 
 fn largest(values: &[f64]) -> f64 {

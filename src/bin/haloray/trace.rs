@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use haloray::Result;
+use haloray::diagnostics::HaloTidal;
 use haloray::error::Domain;
 use haloray::io::{
     Column, Provenance, RAYS_GROUP, Table, ray_table, read_haloes, read_line_of_sight, read_points,
@@ -14,6 +15,7 @@ use haloray::monitor::Monitor;
 
 use crate::bars::Bars;
 use crate::settings::{Cosmology, check_not_an_input, of_option};
+use crate::sheets;
 use crate::summary::{counted, print_accuracy};
 
 /// Trace rays through a halo table, one plane a halo.
@@ -98,6 +100,14 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         None => read_line_of_sight(&args.haloes).map_or(Reference::Bent, |sight| sight.reference),
     };
     let sight = LineOfSight::along(reference, &haloes, &sheets)?;
+    let ray = match sheets {
+        Sheets::OnRay => sight.axis_ray_arcsec(&haloes.chi_cmpc),
+        _ => vec![[0.0; 2]; haloes.len()],
+    };
+    let effects = match sheets {
+        Sheets::None => Vec::new(),
+        _ => HaloTidal::along(&haloes, 1.0, |i| ray[i])?.kappa,
+    };
     let segment = segment(args, &sight)?;
     let order = [Order::Position, Order::Jacobian, Order::SecondDerivatives][args.order as usize];
     let monitor: &dyn Monitor = bars;
@@ -118,6 +128,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         crate::terminal::print(&format!("{rays} through {planes} written to {}\n", args.output.display()));
         print_accuracy(&mapping.report(), bars);
     }
+    let name = match args.sheets {
+        SheetArg::OnAxis => "on-axis",
+        SheetArg::OnRay => "on-ray",
+        SheetArg::None => "none",
+    };
+    sheets::tell(name, &effects, bars);
     Ok(())
 }
 

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::temporaries::{PREFIX, Temporary, undivided};
+use super::temporaries::{Temporary, file_prefix, sweep_files, undivided};
 use crate::error::{Error, Result};
 
 /// Writes one file so that its name only ever shows a complete one.
@@ -43,13 +43,15 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
     write_atomically(path, |place| fs::write(place, text).map_err(|error| Error::write(place, error)))
 }
 
-/// An empty temporary file beside `path`, removed when dropped.
+/// An empty temporary file beside `path`, removed when dropped; those that killed runs left there go first.
 fn reserve(path: &Path) -> Result<(tempfile::TempPath, Temporary)> {
     check_target(path)?;
     let target = resolve(path);
+    sweep_files(folder_of(&target));
     let suffix = target.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
     let mut builder = tempfile::Builder::new();
-    builder.prefix(PREFIX).suffix(&suffix);
+    let prefix = file_prefix();
+    builder.prefix(&prefix).suffix(&suffix);
     #[cfg(unix)] // a private mode is the default of temporary files; outputs follow the umask
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let make = || builder.tempfile_in(folder_of(&target)).map(tempfile::NamedTempFile::into_temp_path);
@@ -186,6 +188,24 @@ mod tests {
         }
         check_writable(&folder.path().join("out.csv")).unwrap();
         assert_eq!(names_in(folder.path()), ["protected.csv"]);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_a_killed_run_left_is_swept_and_what_a_living_one_writes_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let (living, known) = reserve(&folder.path().join("a.csv")).unwrap();
+        let name = living
+            .file_name()
+            .unwrap()
+            .to_string_lossy()
+            .replace(&format!("{}+", std::process::id()), "4194305+");
+        fs::write(folder.path().join(&name), "half").unwrap(); // no process has a number beyond 2²²
+        fs::write(folder.path().join(".haloray-other-host-7+x.csv"), "half").unwrap();
+        write_text(&folder.path().join("b.csv"), "b").unwrap();
+        assert!(living.exists() && !folder.path().join(name).exists());
+        assert_eq!(names_in(folder.path()).len(), 3);
+        drop((living, known));
     }
 
     #[cfg(unix)]

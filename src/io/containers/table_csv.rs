@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::astropy_meta;
 use super::atomic_file::{check_writable, folder_of};
 use super::input_file;
+use super::manifest::Replace;
 use super::provenance::Provenance;
 use super::staging::Staging;
 use super::table::{Column, Table, Values, is_exact};
@@ -227,7 +228,7 @@ fn typed(fields: Vec<String>) -> Values {
 pub(super) fn write(table: &Table, path: &Path, provenance: &Provenance) -> Result<()> {
     check_writable(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let staging = Staging::begin(folder_of(path))?;
+    let staging = Staging::begin(folder_of(path), &[], Replace::Beside)?;
     staging.write(&name, |temporary| {
         write_rows(table, temporary).map_err(|error| Error::write(temporary, error))
     })?;

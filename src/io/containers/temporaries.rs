@@ -7,7 +7,38 @@ use std::{fs, io};
 use crate::error::{Error, Result};
 
 /// Temporary files and staging folders start with this.
-pub(super) const PREFIX: &str = ".haloray-";
+const PREFIX: &str = ".haloray-";
+
+/// The host's name on Linux; elsewhere nothing, and what killed runs left is let alone.
+pub(super) fn host_name() -> Option<String> {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname").ok()?;
+    let plain: String =
+        name.trim().chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    (!plain.is_empty()).then_some(plain)
+}
+
+/// How the names of staging folders of a host begin.
+pub(super) fn prefix_for(host: &str) -> String {
+    format!("{PREFIX}{host}-")
+}
+
+/// How the names of this process's temporary files begin.
+pub(super) fn file_prefix() -> String {
+    format!("{}{}+", prefix_for(host_name().as_deref().unwrap_or("host")), std::process::id())
+}
+
+/// Removes the temporary files in `folder` of processes of this host that live no longer.
+pub(super) fn sweep_files(folder: &Path) {
+    let (Some(host), Ok(entries)) = (host_name(), fs::read_dir(folder)) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let process = name.strip_prefix(&prefix_for(&host)).and_then(|rest| rest.split_once('+'));
+        let process = process.and_then(|(process, _)| process.parse::<u32>().ok());
+        if process.is_some_and(|process| !Path::new(&format!("/proc/{process}")).exists()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
 
 /// What lives now; closed for good once it has been swept.
 static LIVE: Mutex<Live> = Mutex::new(Live { is_closed: false, temporaries: Vec::new() });

@@ -24,5 +24,5 @@ pub use mock_table::{CATALOGUE_GROUP, TrueShear, catalogue_table, read_truth_tab
 pub use observation_file::read_observation;
 pub use posterior_file::{PosteriorVariable, read_posterior, write_posterior};
 pub use ray_table::{Points, RAYS_GROUP, ray_table, read_points};
-pub use recovery_file::{read_recovery, recovery_path, write_recovery};
+pub use recovery_file::{plain_name, read_recovery, recovery_path, write_recovery};
 pub use simulation_file::{read_curves, write_curves, write_maps, write_simulation};

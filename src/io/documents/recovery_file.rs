@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::io::containers::write_text;
+use crate::io::containers::{Saved, write_text};
 use crate::mock::ShearRecovery;
 
 #[derive(Serialize, Deserialize)]
-struct Saved {
+struct SavedRecovery {
     /// Everything the fit depends on, in short.
     key: String,
     /// Seconds it took.
@@ -17,11 +17,14 @@ struct Saved {
     fit: ShearRecovery,
 }
 
+/// A name as a file can bear it: letters, digits and `-`, everything else `_`.
+pub fn plain_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect()
+}
+
 /// Where the fit of `image` with `model` lies under `folder`.
 pub fn recovery_path(folder: &Path, image: &str, model: &str) -> PathBuf {
-    let plain: String =
-        image.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect();
-    folder.join("fits").join(model).join(format!("{plain}.json"))
+    folder.join("fits").join(plain_name(model)).join(format!("{}.json", plain_name(image)))
 }
 
 /// Saves a fit that has ended, atomically; `key` says what it depends on.
@@ -33,12 +36,12 @@ pub fn write_recovery(folder: &Path, key: &str, fit: &ShearRecovery, seconds: f6
     if let Some(parent) = path.parent() {
         std::fs::create_dir_all(parent).map_err(|e| Error::write(parent, e))?;
     }
-    let saved = Saved { key: key.into(), seconds, fit: fit.clone() };
+    let saved = SavedRecovery { key: key.into(), seconds, fit: fit.clone() };
     let json = serde_json::to_string(&saved).map_err(|e| Error::write(&path, e))?;
     write_text(&path, &json)
 }
 
-/// The saved fit of `image` with `model` and its seconds; `None` if there is none, or one of another key.
+/// The saved fit of `image` with `model` and its seconds; what is of another key or damaged cannot be used.
 ///
 /// # Errors
 /// [`Error::Read`] for a file that cannot be read.
@@ -47,15 +50,18 @@ pub fn read_recovery(
     key: &str,
     image: &str,
     model: &str,
-) -> Result<Option<(ShearRecovery, f64)>> {
+) -> Result<Saved<(ShearRecovery, f64)>> {
     let path = recovery_path(folder, image, model);
-    let text = match std::fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+    let bytes = match std::fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Saved::Nothing),
         Err(source) => return Err(Error::Read { path, source }),
     };
-    let saved: Option<Saved> = serde_json::from_str(&text).ok();
-    Ok(saved.filter(|saved| saved.key == key).map(|saved| (saved.fit, saved.seconds)))
+    Ok(match serde_json::from_slice::<SavedRecovery>(&bytes) {
+        Ok(saved) if saved.key == key => Saved::State((saved.fit, saved.seconds)),
+        Ok(_) => Saved::Unusable("of another command"),
+        Err(_) => Saved::Unusable("damaged, or of another version of haloray"),
+    })
 }
 
 #[cfg(test)]
@@ -89,11 +95,18 @@ mod tests {
             unbounded: vec![],
         };
         let folder = tempfile::tempdir().unwrap();
-        assert_eq!(read_recovery(folder.path(), "k", &fit.image, "m").unwrap(), None);
+        assert_eq!(read_recovery(folder.path(), "k", &fit.image, "m").unwrap(), Saved::Nothing);
         write_recovery(folder.path(), "k", &fit, 2.5).unwrap();
-        assert_eq!(read_recovery(folder.path(), "k", &fit.image, "m").unwrap(), Some((fit.clone(), 2.5)));
-        assert_eq!(read_recovery(folder.path(), "other", &fit.image, "m").unwrap(), None);
-        std::fs::write(recovery_path(folder.path(), &fit.image, "m"), "{").unwrap();
-        assert_eq!(read_recovery(folder.path(), "k", &fit.image, "m").unwrap(), None);
+        assert_eq!(
+            read_recovery(folder.path(), "k", &fit.image, "m").unwrap(),
+            Saved::State((fit.clone(), 2.5))
+        );
+        let other = read_recovery(folder.path(), "other", &fit.image, "m").unwrap();
+        assert_eq!(other, Saved::Unusable("of another command"));
+        for damaged in ["{".as_bytes(), &[0xff, 0xfe]] {
+            std::fs::write(recovery_path(folder.path(), &fit.image, "m"), damaged).unwrap();
+            let found = read_recovery(folder.path(), "k", &fit.image, "m").unwrap();
+            assert!(matches!(found, Saved::Unusable(why) if why.starts_with("damaged")));
+        }
     }
 }

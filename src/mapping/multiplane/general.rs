@@ -32,18 +32,19 @@ pub struct GeneralMultiPlane {
 }
 
 impl GeneralMultiPlane {
-    /// Sorts profiles, each with its redshift, into planes.
+    /// Sorts profiles, each with its redshift, into planes; those at or behind the source do nothing and are left out.
     ///
     /// # Errors
-    /// Unless 0 < z < z_source for every profile.
+    /// Unless 0 < z for every profile.
     pub fn new(background: &Background, z_source: f64, lenses: &[(f64, MassModel)]) -> Result<Self> {
         let chi_source_cmpc = background.comoving_distance_mpc(Domain::POSITIVE.check("z_source", z_source)?);
-        let in_front = Domain::inside(0.0, z_source);
-        let plane = |(z, profile): &(f64, MassModel)| {
-            let chi = background.comoving_distance_mpc(in_front.check("redshift of a lens", *z)?);
-            Ok(LensPlane::new(chi, chi_source_cmpc, profile.clone()))
-        };
-        let mut planes: Vec<LensPlane> = lenses.iter().map(plane).collect::<Result<_>>()?;
+        let mut planes = Vec::with_capacity(lenses.len());
+        for (z, profile) in lenses {
+            if Domain::POSITIVE.check("redshift of a lens", *z)? < z_source {
+                let chi = background.comoving_distance_mpc(*z);
+                planes.push(LensPlane::new(chi, chi_source_cmpc, profile.clone()));
+            }
+        }
         planes.sort_by(|a, b| a.chi_cmpc.total_cmp(&b.chi_cmpc));
         Ok(Self { chi_source_cmpc, planes })
     }
@@ -140,9 +141,15 @@ mod tests {
     }
 
     #[test]
-    fn planes_behind_the_source_are_refused() {
-        let behind = [(1.5, lenses()[0].1.clone())];
-        let error = GeneralMultiPlane::new(&Background::paper(), 1.5, &behind).unwrap_err();
-        assert_eq!(error.to_string(), "redshift of a lens is 1.5, but must be above 0 and below 1.5");
+    fn planes_at_and_behind_the_source_do_nothing() {
+        let mut more = lenses();
+        more.extend([(1.5, lenses()[0].1.clone()), (2.5, lenses()[1].1.clone())]);
+        let theta = [[1.1, -0.6], [-0.3, 0.9]];
+        let (with, without) = (through(&more), through(&lenses()));
+        assert_eq!(with.map(&theta, Order::Jacobian), without.map(&theta, Order::Jacobian));
+        assert_eq!(with.lens_centres_arcsec(), without.lens_centres_arcsec());
+        let error =
+            GeneralMultiPlane::new(&Background::paper(), 1.5, &[(0.0, lenses()[0].1.clone())]).unwrap_err();
+        assert!(error.to_string().starts_with("redshift of a lens is 0, but must be"), "{error}");
     }
 }

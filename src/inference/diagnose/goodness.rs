@@ -1,0 +1,132 @@
+//! Whether a model describes the image: the probability of its χ², and the largest residual once smoothed.
+
+use serde::Serialize;
+use spec_math::cephes64::{igamc, ndtr};
+
+use crate::inference::likelihood::{ImageLikelihood, ModelImage};
+
+/// Least probability of χ², and of the largest smoothed residual, of a model that is called good.
+pub const P_VALUE_LIMIT: f64 = 1e-3;
+/// χ² is suspiciously small where the probability of a smaller one falls below this.
+const SMALL_LIMIT: f64 = 1e-6;
+/// Standard deviation of the Gaussian that smooths residuals, and where it is cut, pixels.
+const SMOOTHING_PIXELS: f64 = 1.5;
+const REACH_PIXELS: isize = 4;
+
+/// How well the best fit describes the pixels in use.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Goodness {
+    /// Probability of a χ² at least as large, were the model true.
+    pub p_value: f64,
+    /// Largest |residual| after smoothing, in its own standard deviations.
+    pub largest_residual_sigma: f64,
+    /// Where, arcsec.
+    pub largest_residual_at_arcsec: [f64; 2],
+    /// Probability that any of the pixels in use reaches that, were the model true.
+    pub largest_residual_p_value: f64,
+    /// True if neither probability is below [`P_VALUE_LIMIT`].
+    pub good_fit: bool,
+}
+
+impl Goodness {
+    /// Of a model image.
+    pub fn of(likelihood: &ImageLikelihood, image: &ModelImage) -> Self {
+        let residuals = likelihood.normalised_residuals(&image.model_e_s);
+        let half = 0.5 * likelihood.degrees_of_freedom();
+        let p_value = igamc(half, half * likelihood.chi2_reduced(image));
+        let grid = likelihood.observation().grid;
+        let smoothed = smoothed(&residuals, grid.pixels());
+        let size = |value: f64| if value.is_nan() { 0.0 } else { value.abs() };
+        let largest = (0..smoothed.len()).max_by(|&a, &b| size(smoothed[a]).total_cmp(&size(smoothed[b])));
+        let at = largest.unwrap_or(0);
+        let largest_residual_sigma = smoothed.get(at).map_or(0.0, |&value| size(value));
+        let trials = likelihood.observation().pixels_in_use() as f64;
+        let largest_residual_p_value = (2.0 * trials * ndtr(-largest_residual_sigma)).min(1.0);
+        let good_fit = p_value >= P_VALUE_LIMIT && largest_residual_p_value >= P_VALUE_LIMIT;
+        Self {
+            p_value,
+            largest_residual_sigma,
+            largest_residual_at_arcsec: grid.theta_arcsec()[at],
+            largest_residual_p_value,
+            good_fit,
+        }
+    }
+
+    /// What is wrong, in words; empty where nothing is.
+    pub fn doubts(&self, chi2_reduced: f64) -> Vec<String> {
+        let mut doubts = Vec::new();
+        if !self.good_fit {
+            let [x, y] = self.largest_residual_at_arcsec;
+            doubts.push(format!(
+                "the model does not describe the image: χ²/dof {chi2_reduced:.3} has a probability of {:.1e}, and smoothed \
+                 residuals reach {:.1} σ at ({x:.2}″, {y:.2}″). Intervals say how well the parameters are known if the \
+                 model is true; it is not, so they mean little and may miss the truth by far",
+                self.p_value, self.largest_residual_sigma
+            ));
+        }
+        if 1.0 - self.p_value < SMALL_LIMIT {
+            doubts.push(format!(
+                "χ²/dof {chi2_reduced:.3} is too small for noise as large as BKGRMS and EXPTIME say: intervals are too wide"
+            ));
+        }
+        doubts
+    }
+}
+
+/// Residuals smoothed by a Gaussian and divided by the standard deviation that unit noise then has; pixels that are not
+/// numbers are left out.
+fn smoothed(residuals: &[f64], n: usize) -> Vec<f64> {
+    let weight = |d: isize| (-0.5 * (d as f64 / SMOOTHING_PIXELS).powi(2)).exp();
+    let weights: Vec<f64> = (-REACH_PIXELS..=REACH_PIXELS).map(weight).collect();
+    // Sums over rows, then over columns, of w·r and of w².
+    let pass = |values: &[[f64; 2]], step: [isize; 2]| -> Vec<[f64; 2]> {
+        let at = |k: usize| {
+            let (x, y) = ((k % n) as isize, (k / n) as isize);
+            (-REACH_PIXELS..=REACH_PIXELS).zip(&weights).fold([0.0; 2], |[r, v], (d, w)| {
+                let (x, y) = (x + d * step[0], y + d * step[1]);
+                let inside = (0..n as isize).contains(&x) && (0..n as isize).contains(&y);
+                let [value, variance] = if inside { values[y as usize * n + x as usize] } else { [0.0; 2] };
+                [r + w * value, v + w * w * variance]
+            })
+        };
+        (0..values.len()).map(at).collect()
+    };
+    let own: Vec<[f64; 2]> =
+        residuals.iter().map(|r| if r.is_finite() { [*r, 1.0] } else { [0.0; 2] }).collect();
+    let sums = pass(&pass(&own, [1, 0]), [0, 1]);
+    sums.iter()
+        .zip(residuals)
+        .map(|([r, v], own)| if own.is_finite() { r / v.sqrt() } else { f64::NAN })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::numerics::random::{Stage, stream};
+
+    #[test]
+    fn smoothed_noise_has_unit_variance_beside_masks_and_edges_too() {
+        let n = 60;
+        let mut rng = stream(3, 0, Stage::NoiseImage, 0);
+        let (mut sum, mut count) = (0.0, 0);
+        for _ in 0..20 {
+            let mut noise: Vec<f64> = StandardNormal.sample_iter(&mut rng).take(n * n).collect();
+            noise.iter_mut().step_by(7).for_each(|value| *value = f64::NAN);
+            let smooth = smoothed(&noise, n);
+            assert!(smooth.iter().zip(&noise).all(|(s, r)| s.is_nan() == r.is_nan()));
+            sum += smooth.iter().filter(|s| s.is_finite()).map(|s| s * s).sum::<f64>();
+            count += smooth.iter().filter(|s| s.is_finite()).count();
+        }
+        assert!((sum / count as f64 - 1.0).abs() < 0.05, "{}", sum / count as f64);
+    }
+
+    #[test]
+    fn a_chi_squared_far_out_is_improbable() {
+        // 1% above one a pixel for 100,000 pixels is 2.2 standard deviations; 5% is 11.
+        assert!((igamc(5e4, 5e4 * 1.01) - 0.0127).abs() < 5e-4);
+        assert!(igamc(5e4, 5e4 * 1.05) < 1e-25 && igamc(5e4, 5e4 * 0.9) > 1.0 - 1e-12);
+    }
+}

@@ -1,0 +1,215 @@
+//! Which files of a folder belong to the run that wrote them last, and the journal that finishes a run killed between renames.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Component, Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint_file::hash;
+use crate::error::{Error, Result};
+
+/// Name of the manifest in the folder of a run.
+pub(super) const MANIFEST: &str = "manifest.json";
+/// The journal in a staging folder: there once every file is staged and on the disk.
+const JOURNAL: &str = ".commit";
+/// Former files, in a staging folder, until the new ones are in place.
+const FORMER: &str = ".former";
+
+/// The files of a run with a hash of their bytes.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct Manifest {
+    files: BTreeMap<String, String>,
+}
+
+fn fingerprint(path: &Path) -> io::Result<String> {
+    Ok(format!("{:016x}", hash(&fs::read(path)?)))
+}
+
+impl Manifest {
+    /// That of a folder; empty where there is none, or one that cannot be read.
+    pub fn of_folder(folder: &Path) -> Self {
+        let text = fs::read_to_string(folder.join(MANIFEST)).unwrap_or_default();
+        serde_json::from_str(&text).unwrap_or_default()
+    }
+
+    /// The names listed.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// Whether the run wrote the file of that name in `folder`, as it is now: what was changed since is its owner's.
+    pub fn owns(&self, folder: &Path, name: &str) -> bool {
+        name == MANIFEST
+            || self
+                .files
+                .get(name)
+                .is_some_and(|own| fingerprint(&folder.join(name)).is_ok_and(|now| now == *own))
+    }
+
+    /// Of the staged files of those names.
+    pub fn of_files(staging: &Path, names: &[String]) -> io::Result<Self> {
+        let listed = names.iter().map(|name| Ok((name.clone(), fingerprint(&staging.join(name))?)));
+        Ok(Self { files: listed.collect::<io::Result<_>>()? })
+    }
+}
+
+/// A name of an output: a path that stays in its folder.
+pub(super) fn checked_name(name: &Path) -> Result<&str> {
+    let stays =
+        name.components().all(|part| matches!(part, Component::Normal(_))) && name.file_name().is_some();
+    let is_free = !name.starts_with(MANIFEST) && !name.starts_with(JOURNAL) && !name.starts_with(FORMER);
+    match name.to_str().filter(|name| stays && is_free && !name.contains('\0')) {
+        Some(name) => Ok(name),
+        None => {
+            let allowed = "a name in UTF-8 that stays in the folder of the results";
+            Err(Error::out_of_range("name of an output", name.display(), allowed))
+        }
+    }
+}
+
+/// What a commit does; kept as a journal so that a later run can finish it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Commit {
+    /// Staged names to be put into the folder.
+    pub place: Vec<String>,
+    /// Files of the former run that the new one does not have.
+    pub remove: Vec<String>,
+}
+
+impl Commit {
+    /// The commit that a killed run had begun from that staging folder.
+    pub fn begun(staging: &Path) -> Option<Self> {
+        serde_json::from_slice(&fs::read(staging.join(JOURNAL)).ok()?).ok()
+    }
+
+    /// Makes all renames; when one fails, those made before are taken back.
+    pub fn run(&self, staging: &Path, folder: &Path) -> io::Result<()> {
+        for name in &self.place {
+            fs::create_dir_all(parent(&folder.join(name)))?;
+            fs::create_dir_all(parent(&staging.join(FORMER).join(name)))?;
+        }
+        let journal = staging.join(JOURNAL);
+        if !journal.exists() {
+            let unfinished = staging.join(".committing");
+            fs::write(&unfinished, serde_json::to_vec(self)?)?;
+            fs::File::open(&unfinished)?.sync_all()?;
+            fs::rename(&unfinished, &journal)?;
+        }
+        let mut placed: Vec<(&str, bool)> = Vec::new();
+        for name in &self.place {
+            let (new, target, former) =
+                (staging.join(name), folder.join(name), staging.join(FORMER).join(name));
+            if !new.exists() {
+                continue; // in place since before the kill
+            }
+            let had_former = target.exists() && !former.exists();
+            let moved = if had_former { fs::rename(&target, &former) } else { Ok(()) };
+            if let Err(error) = moved.and_then(|()| fs::rename(&new, &target)) {
+                if had_former && former.exists() {
+                    let _ = fs::rename(&former, &target);
+                }
+                for (name, had_former) in placed.into_iter().rev() {
+                    let _ = fs::rename(folder.join(name), staging.join(name));
+                    if had_former {
+                        let _ = fs::rename(staging.join(FORMER).join(name), folder.join(name));
+                    }
+                }
+                let _ = fs::remove_file(&journal);
+                return Err(error);
+            }
+            placed.push((name, had_former));
+        }
+        for name in &self.remove {
+            let path = folder.join(name);
+            let _ = fs::remove_file(&path);
+            let folders = path.ancestors().skip(1).take_while(|ancestor| *ancestor != folder);
+            folders.for_each(|folder| drop(fs::remove_dir(folder))); // goes when empty
+        }
+        Ok(())
+    }
+}
+
+fn parent(path: &Path) -> PathBuf {
+    path.parent().map(Path::to_path_buf).unwrap_or_default()
+}
+
+/// Which files in its folder a run may replace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Replace {
+    /// Those that an earlier run wrote, by its manifest, and that are as it left them.
+    Own,
+    /// Whatever bears their names.
+    Any,
+    /// Whatever bears their names, and no manifest is kept: single files that stand beside a user's own.
+    Beside,
+}
+
+/// Where an output of that name ends, without a needless `./`.
+pub(super) fn target_in(folder: &Path, name: &Path) -> PathBuf {
+    if folder == Path::new(".") { name.into() } else { folder.join(name) }
+}
+
+/// Refuses a name under which there is a file, or a folder of files, that is not the former run's.
+pub(super) fn check_replaceable(
+    final_dir: &Path,
+    name: &str,
+    former: &Manifest,
+    replace: Replace,
+) -> Result<()> {
+    let path = target_in(final_dir, Path::new(name));
+    if replace != Replace::Own || !path.is_file() || former.owns(final_dir, name) {
+        return Ok(());
+    }
+    let text =
+        "it is there already, and no unchanged file of an earlier run; give another folder, or --overwrite";
+    Err(Error::OutputPlace { path, source: io::Error::new(ErrorKind::AlreadyExists, text) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_in_their_folder() {
+        for good in ["run.h5", "figures/map.svg", "a b.csv", "..x"] {
+            assert_eq!(checked_name(Path::new(good)).unwrap(), good);
+        }
+        for bad in ["", "..", "../x", "a/../../x", "/etc/x", "manifest.json", ".commit", ".former/x"] {
+            assert!(checked_name(Path::new(bad)).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_commit_that_was_killed_is_finished_and_one_that_fails_taken_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let staging = folder.path().join(".staging");
+        let commit = Commit { place: vec!["a".into(), "b/c".into()], remove: vec!["old/d".into()] };
+        let prepare = || {
+            fs::create_dir_all(staging.join("b")).unwrap();
+            fs::create_dir_all(folder.path().join("old")).unwrap();
+            fs::write(staging.join("a"), "new a").unwrap();
+            fs::write(staging.join("b/c"), "new c").unwrap();
+            fs::write(folder.path().join("a"), "former a").unwrap();
+            fs::write(folder.path().join("old/d"), "former d").unwrap();
+        };
+        prepare();
+        // A folder in the way of the second file: the first gets its former content back.
+        fs::create_dir_all(folder.path().join("b/c/x")).unwrap();
+        fs::create_dir_all(staging.join(FORMER).join("b/c")).unwrap();
+        assert!(commit.run(&staging, folder.path()).is_err());
+        assert_eq!(fs::read_to_string(folder.path().join("a")).unwrap(), "former a");
+        assert!(folder.path().join("old/d").exists() && staging.join("a").exists());
+        fs::remove_dir_all(folder.path().join("b")).unwrap();
+        fs::remove_dir_all(&staging).unwrap();
+        // Killed after the first rename.
+        prepare();
+        fs::write(staging.join(JOURNAL), serde_json::to_vec(&commit).unwrap()).unwrap();
+        fs::rename(staging.join("a"), folder.path().join("a")).unwrap();
+        Commit::begun(&staging).unwrap().run(&staging, folder.path()).unwrap();
+        assert_eq!(fs::read_to_string(folder.path().join("a")).unwrap(), "new a");
+        assert_eq!(fs::read_to_string(folder.path().join("b/c")).unwrap(), "new c");
+        assert!(!folder.path().join("old").exists());
+    }
+}
