@@ -28,7 +28,8 @@ use crate::through_haloes::{choose_table, compile};
 /// Fit a lensed image: the posterior of a lens, its line of sight and its source.
 ///
 /// IMAGE.fits needs a WCS or pixel scale and the keywords EXPTIME (s), BKGRMS (e⁻/s), PSFFWHM (arcsec; PSFTRUNC in
-/// standard deviations) or an extension PSF; an extension MASK says which pixels to use (1 = use). Pixels are in e⁻/s.
+/// standard deviations) or an extension PSF, on the image's pixels or, if it says so (PIXSCALE, WCS), on whole parts of
+/// them; an extension MASK says which pixels to use (1 = use). Pixels are in e⁻/s. Of several extensions SCI is taken.
 /// The start is found from image and priors alone. The folder then holds summary.json, posterior.nc (ArviZ reads it),
 /// the model and figures. A fit that was interrupted continues with the same command and ends with the same posterior.
 #[derive(clap::Args)]

@@ -29,7 +29,7 @@ use crate::summary::{counted, print_accuracy};
 )]
 pub struct Args {
     /// Halo table (.csv, .h5, .fits): z, theta_x_arcsec, theta_y_arcsec and r_s_arcsec, alpha_rs_arcsec (reduced to
-    /// the source) or m200c_msun, c200c.
+    /// the source) or m200c_msun, c200c. A unit that a column states (deg, mas, 1e10 Msun) is converted, or refused.
     #[arg(long, value_name = "FILE")]
     haloes: PathBuf,
     /// Points table (.csv, .h5, .fits): theta_x_arcsec, theta_y_arcsec. Other columns are kept.

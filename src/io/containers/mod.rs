@@ -4,6 +4,7 @@ mod astropy_meta;
 mod atomic_file;
 mod attribute;
 mod checkpoint_file;
+mod csv_dialect;
 pub(super) mod fits_file;
 pub(super) mod hdf5_objects;
 pub(super) mod hdf5_reading;

@@ -220,6 +220,12 @@ impl Table {
     /// Like [`required_f64`](Self::required_f64) for a column that may be absent.
     pub fn optional_f64(&self, name: &str) -> Result<Option<&[f64]>> {
         let Some(column) = self.column(name) else { return Ok(None) };
+        // astropy keeps values that are not known as numbers with a column of flags.
+        if let Some(Values::F64(mask)) = self.column(&format!("{name}.mask")).map(|mask| &mask.values)
+            && let Some(row) = mask.iter().position(|&is_masked| is_masked != 0.0)
+        {
+            return Err(self.fault_in_row(row, name, "is masked; a number is wanted"));
+        }
         let fault = match &column.values {
             Values::F64(values) => match values.iter().position(|value| !value.is_finite()) {
                 None => return Ok(Some(values)),
@@ -323,6 +329,15 @@ mod tests {
             fault(&["1", "123456789012345678901"])
                 .contains("row 2, column z: 123456789012345678901 has more")
         );
+    }
+
+    #[test]
+    fn a_masked_value_is_no_number() {
+        let mask = |row: f64| Column::f64("z.mask", None, vec![0.0, row]);
+        let table = |row| Table::new(vec![Column::f64("z", None, vec![0.5, 1e20]), mask(row)]).unwrap();
+        assert!(table(0.0).required_f64("z").is_ok());
+        let error = table(1.0).required_f64("z").unwrap_err().to_string();
+        assert!(error.contains("row 2, column z: is masked"), "{error}");
     }
 
     #[test]

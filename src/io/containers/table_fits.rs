@@ -36,10 +36,11 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
     }
     let mut offset = 0;
     let mut columns = Vec::with_capacity(table.columns.len());
-    for column in &table.columns {
+    for (i, column) in table.columns.iter().enumerate() {
         let size = column.format.byte_size();
+        let null = unit.header.get_int(&format!("TNULL{}", i + 1));
         let cells = table.main_data.chunks_exact(width.max(1)).map(|row| &row[offset..offset + size]);
-        let values = decode(column, cells)
+        let values = decode(column, null, cells)
             .map_err(|problem| Error::table(path, format!("column {}", column.name), problem))?;
         columns.push(Column { name: column.name.trim().into(), unit: column.tunit.clone(), values });
         offset += size;
@@ -49,12 +50,18 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
 
 fn decode<'a>(
     column: &BinColumn,
+    null: Option<i64>,
     cells: impl Iterator<Item = &'a [u8]>,
 ) -> std::result::Result<Values, String> {
     use BinColumnType as Type;
     let is_scaled = column.tscal != 1.0 || column.tzero != 0.0;
     let scale = |raw: f64| column.tzero + column.tscal * raw;
     let integers = |integers: Vec<i64>| match is_scaled {
+        // Where a value is not known, the column is one of floats, which have a value for that.
+        _ if integers.iter().any(|value| Some(*value) == null) => {
+            let known = |value| if Some(value) == null { f64::NAN } else { scale(value as f64) };
+            Values::F64(integers.into_iter().map(known).collect())
+        }
         // The usual way to store unsigned integers: an offset of 2^(bits−1), exact as integers.
         true if column.tscal == 1.0 && column.tzero.fract() == 0.0 => {
             let offset = column.tzero as i128;
@@ -209,7 +216,14 @@ mod tests {
         let table = BinTable { columns, nrows: 1, row_len: row.len(), main_data: row, heap: vec![] };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.fits");
-        fits::write(&path, vec![Hdu::primary_empty(), Hdu::bintable_extension(table)]).unwrap();
+        let mut unit = Hdu::bintable_extension(table);
+        unit.header.set("TNULL2", HeaderValue::Integer(-7), None);
+        let with_null = folder.path().join("null.fits");
+        fits::write(&with_null, vec![Hdu::primary_empty(), unit.clone()]).unwrap();
+        let null = read(&with_null, "haloes").unwrap().required_f64("j").unwrap_err().to_string();
+        assert!(null.contains("column j: NaN is not allowed"), "{null}");
+        unit.header.set("TNULL2", HeaderValue::Integer(7), None);
+        fits::write(&path, vec![Hdu::primary_empty(), unit]).unwrap();
         let table = read(&path, "haloes").unwrap();
         let values: Vec<Values> = table.columns().iter().map(|column| column.values.clone()).collect();
         let number = |value| Values::F64(vec![value]);

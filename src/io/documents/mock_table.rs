@@ -69,7 +69,7 @@ pub fn read_truth_table(path: &Path) -> Result<Vec<TrueShear>> {
 }
 
 fn read(path: &Path) -> Result<Vec<TrueShear>> {
-    let table = Table::read(path, CATALOGUE_GROUP)?;
+    let table = Table::read(path, CATALOGUE_GROUP)?.in_own_units(&["gamma1_los", "gamma2_los", "quality"])?;
     let (gamma1, gamma2) = (table.required_f64("gamma1_los")?, table.required_f64("gamma2_los")?);
     let quality = table.optional_f64("quality")?;
     let images: Vec<String> = match table.column("image").map(|column| &column.values) {
