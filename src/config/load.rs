@@ -127,6 +127,11 @@ fn overlay<'i>(base: &mut DeTable<'i>, top: &DeTable<'i>) {
         let merged = match (below, value.get_ref()) {
             (Some(DeValue::Table(mut below)), DeValue::Table(above)) => {
                 for (key, value) in above {
+                    replaced_by(key.get_ref(), value.get_ref())
+                        .iter()
+                        .for_each(|key| drop(below.remove(*key)));
+                }
+                for (key, value) in above {
                     below.remove(key.get_ref().as_ref());
                     below.insert(key.clone(), value.clone());
                 }
@@ -136,6 +141,13 @@ fn overlay<'i>(base: &mut DeTable<'i>, top: &DeTable<'i>) {
         };
         base.insert(key.clone(), merged);
     }
+}
+
+/// The keys of a preset that a user's key takes the place of: of the truncations of haloes there is one at most.
+fn replaced_by(key: &str, value: &DeValue) -> &'static [&'static str] {
+    const TRUNCATIONS: &[&str] = &["truncation_over_r_s", "truncation_over_r_200c", "total_mass_over_m200c"];
+    let is_plain = key == "profile" && value.as_str() == Some("nfw");
+    if is_plain || TRUNCATIONS.contains(&key) { TRUNCATIONS } else { &[] }
 }
 
 /// The message of serde without the names of Rust's types.
@@ -294,6 +306,24 @@ mod tests {
                     assert!(named, "{preset:?} lacks {section}.{key}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_truncation_replaces_that_of_the_preset_and_two_are_one_too_many() {
+        let resolved = |text: &str| resolve(Preset::Consistent, Path::new("my.toml"), text);
+        let truncation = |text: &str| resolved(text).unwrap().haloes.truncation().unwrap();
+        use crate::halo::Truncation;
+        assert_eq!(truncation(""), Some(Truncation::MassOverM200c(1.0)));
+        assert_eq!(truncation("[haloes]\nprofile = \"nfw\""), None);
+        assert_eq!(truncation("[haloes]\ntruncation_over_r_200c = 2"), Some(Truncation::OverR200c(2.0)));
+        for (text, wanted) in [
+            ("truncation_over_r_s = 3\ntruncation_over_r_200c = 2", "beside another truncation"),
+            ("profile = \"nfw\"\ntruncation_over_r_s = 3", "left out unless haloes.profile"),
+            ("total_mass_over_m200c = -1", "haloes.total_mass_over_m200c is -1"),
+        ] {
+            let error = resolved(&format!("[haloes]\n{text}")).unwrap_err().to_string();
+            assert!(error.contains("line") && error.contains(wanted), "{error}");
         }
     }
 

@@ -1,10 +1,12 @@
 //! The configuration: one TOML schema, two embedded presets, errors with line and column.
 
+mod haloes;
 mod load;
 mod schema;
 
+pub use haloes::{Draw, HALO_MASS_DEFINITION, HaloConfig, HaloProfile};
 pub use load::{Preset, load};
 pub use schema::{
-    Config, DiagnosticsConfig, Draw, HALO_MASS_DEFINITION, HaloConfig, HaloEffects, HaloProfile, ImageConfig,
-    LensConfig, LightConfig, LineOfSightConfig, SheetModel, json_schema,
+    Config, DiagnosticsConfig, HaloEffects, ImageConfig, LensConfig, LightConfig, LineOfSightConfig,
+    SheetModel, json_schema,
 };

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::nfw_parameters::NfwScaling;
+use super::truncation::Truncation;
 use crate::cosmology::Background;
 use crate::error::{Domain, Error, Result, shortest};
 use crate::profile::mass::{MassModel, Nfw, TruncatedNfw};
@@ -153,13 +154,23 @@ impl HaloCatalogue {
         })
     }
 
-    /// Truncates every halo at r_t = `tau` scale radii.
+    /// Truncates every halo.
     ///
     /// # Errors
-    /// When tau is not positive.
-    pub fn truncated_at(mut self, tau: f64) -> Result<Self> {
-        Domain::POSITIVE.check("truncation_over_r_s", tau)?;
-        self.r_trunc_arcsec = Some(self.r_s_arcsec.iter().map(|r_s| tau * r_s).collect());
+    /// A number outside its domain; concentrations that are missing where the truncation depends on them.
+    pub fn truncated(mut self, truncation: Truncation) -> Result<Self> {
+        truncation.validate()?;
+        let radii = match (truncation, &self.c200c) {
+            (Truncation::OverRs(tau), _) => self.r_s_arcsec.iter().map(|r_s| tau * r_s).collect(),
+            (_, Some(c200c)) => {
+                self.r_s_arcsec.par_iter().zip(c200c).map(|(r_s, c)| r_s * truncation.over_r_s(*c)).collect()
+            }
+            (_, None) => {
+                let what = format!("columns of the catalogue for haloes.{}", truncation.named().0);
+                return Err(Error::out_of_range(&what, "without c200c", "with c200c"));
+            }
+        };
+        self.r_trunc_arcsec = Some(radii);
         Ok(self)
     }
 

@@ -54,6 +54,17 @@ impl MassTable {
         self.mass.total()
     }
 
+    /// ∫M n w d ln M per comoving Mpc³ of a smooth function w(ln M), by the trapezium rule on the cells.
+    pub fn mass_weighted(&self, weight: impl Fn(f64) -> f64) -> f64 {
+        let last = self.density.len() - 1;
+        let node = |i: usize| {
+            let ln_mass = self.start + self.step * i as f64;
+            let part = if i == 0 || i == last { 0.5 } else { 1.0 };
+            part * self.density[i] * ln_mass.exp() * weight(ln_mass)
+        };
+        self.step * (0..=last).map(node).sum::<f64>()
+    }
+
     /// ∫n·min(1, M/M*) d ln M per comoving Mpc³, M* = `mass_star_msun`.
     pub fn limited_number_per_cmpc3(&self, mass_star_msun: f64) -> f64 {
         let (light, heavy) = self.limited_parts(mass_star_msun);

@@ -44,6 +44,8 @@ pub fn cut_study(config: &Config, psf: &Psf, cuts: &[f64], monitor: &dyn Monitor
     for min_point_shear in cuts {
         task.check()?;
         let keep = passes_shear_cut(&haloes.catalogue, min_point_shear)?;
+        // Sheets of the mean density know the cut.
+        config.haloes.min_point_shear = min_point_shear;
         let sight = line_of_sight(&config, &haloes, &haloes.catalogue.select(&keep))?;
         let view = View::through(&config, &sight, &shapes, psf, (0, Stage::NoiseImage), &Uncounted(monitor))?;
         task.advance(1);

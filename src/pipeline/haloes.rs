@@ -3,11 +3,12 @@
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use crate::config::{Config, Draw, HALO_MASS_DEFINITION, HaloProfile, SheetModel};
+use super::matter::{Selection, mean_convergence};
+use crate::config::{Config, Draw, HALO_MASS_DEFINITION, SheetModel};
 use crate::constants::ARCSEC_RAD;
 use crate::cosmology::{Background, LinearTheory};
 use crate::diagnostics::HaloTidal;
-use crate::error::{Error, Result, require};
+use crate::error::{Result, require};
 use crate::halo::concentration::ConcentrationTable;
 use crate::halo::{
     DrawnHaloes, Epoch, HaloCatalogue, HaloMasses, Population, draw_brute_force, draw_direct,
@@ -27,6 +28,8 @@ pub struct Haloes {
     pub catalogue: HaloCatalogue,
     /// The population of the configuration (also behind an imported catalogue, for mean-density sheets).
     pub population: Population,
+    /// Linear theory behind mass function and concentrations.
+    pub linear: LinearTheory,
     /// Haloes drawn before the cut; none when drawn directly or imported.
     pub number_drawn: Option<u64>,
     /// Haloes left out because their own convergence on the axis exceeds `haloes.max_kappa`.
@@ -73,7 +76,8 @@ pub fn populate(
         Some(catalogue) => (truncate(config, cut_imported(config, catalogue)?)?, None),
         None => draw(config, &linear, &population, realisation, monitor)?,
     };
-    let mut haloes = Haloes { catalogue, population, number_drawn, number_excluded: 0, mass_function };
+    let mut haloes =
+        Haloes { catalogue, population, linear, number_drawn, number_excluded: 0, mass_function };
     if let Some(limit) = settings.max_kappa {
         let effects = haloes.effects(config)?;
         let keep: Vec<bool> = effects.decisive(config).kappa.iter().map(|kappa| *kappa <= limit).collect();
@@ -88,14 +92,42 @@ pub fn populate(
 /// # Errors
 /// Passed on from the sheets.
 pub fn line_of_sight(config: &Config, haloes: &Haloes, catalogue: &HaloCatalogue) -> Result<LineOfSight> {
-    let los = &config.line_of_sight;
-    let sheets = match los.sheets {
-        SheetModel::OnAxis if los.is_beside_axis() => Sheets::OnRay,
+    line_of_sight_of(config, haloes, catalogue, Selection::All)
+}
+
+/// As [`line_of_sight`], through the haloes of a selection, which sheets of the mean density must know.
+///
+/// # Errors
+/// As [`line_of_sight`].
+pub fn line_of_sight_of(
+    config: &Config,
+    haloes: &Haloes,
+    catalogue: &HaloCatalogue,
+    selection: Selection,
+) -> Result<LineOfSight> {
+    let sheets = sheets_of(config, haloes, catalogue, selection)?;
+    LineOfSight::along(config.line_of_sight.reference, catalogue, &sheets)
+}
+
+/// The sheets of the configuration for haloes of a selection.
+///
+/// # Errors
+/// When a relation does not cover what the mean density needs.
+pub fn sheets_of(
+    config: &Config,
+    haloes: &Haloes,
+    catalogue: &HaloCatalogue,
+    selection: Selection,
+) -> Result<Sheets> {
+    Ok(match config.line_of_sight.sheets {
+        SheetModel::OnAxis if config.line_of_sight.is_beside_axis() => Sheets::OnRay,
         SheetModel::OnAxis => Sheets::OnAxis,
         SheetModel::None => Sheets::None,
-        SheetModel::MeanDensity => Sheets::Expected(mean_density_sheets(&haloes.population, catalogue)?),
-    };
-    LineOfSight::along(los.reference, catalogue, &sheets)
+        SheetModel::MeanDensity => {
+            let mean = mean_convergence(config, &haloes.linear, &haloes.population, selection)?;
+            Sheets::Expected(mean_density_sheets(&mean, catalogue))
+        }
+    })
 }
 
 /// What each halo does on its own.
@@ -227,13 +259,9 @@ fn to_catalogue(
 
 /// Truncates the haloes as configured, unless a catalogue brings radii of its own.
 fn truncate(config: &Config, catalogue: HaloCatalogue) -> Result<HaloCatalogue> {
-    match (config.haloes.profile, config.haloes.truncation_over_r_s) {
-        _ if catalogue.r_trunc_arcsec.is_some() => Ok(catalogue),
-        (HaloProfile::TruncatedNfw, Some(tau)) => catalogue.truncated_at(tau),
-        (HaloProfile::Nfw, _) => Ok(catalogue),
-        (HaloProfile::TruncatedNfw, None) => {
-            Err(Error::out_of_range("haloes.truncation_over_r_s", "missing", "given for truncated haloes"))
-        }
+    match config.haloes.truncation()? {
+        Some(truncation) if catalogue.r_trunc_arcsec.is_none() => catalogue.truncated(truncation),
+        _ => Ok(catalogue),
     }
 }
 

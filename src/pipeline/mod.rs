@@ -5,6 +5,7 @@ mod calibration;
 mod catalogue;
 mod cut_study;
 mod haloes;
+mod matter;
 mod one_core_each;
 mod relations;
 mod rows;
@@ -21,7 +22,10 @@ pub use calibration::{
 };
 pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
 pub use cut_study::{CutRow, cut_study};
-pub use haloes::{Haloes, MassFunctionCurve, SingleHaloes, line_of_sight, populate};
+pub use haloes::{
+    Haloes, MassFunctionCurve, SingleHaloes, line_of_sight, line_of_sight_of, populate, sheets_of,
+};
+pub use matter::{MatterBudget, Selection, end, expectation, mean_convergence};
 pub use relations::Relations;
 pub use rows::{NoRows, RowStore};
 pub use simulate::{Inputs, Simulation, simulate};

@@ -1,13 +1,14 @@
 //! The one function that runs the chain.
 
-use super::haloes::{Haloes, SingleHaloes, line_of_sight, populate};
+use super::haloes::{Haloes, SingleHaloes, line_of_sight_of, populate, sheets_of};
+use super::matter::{MatterBudget, Selection};
 use super::view::{LensAndSource, View, maps};
 use crate::config::Config;
 use crate::diagnostics::TidalMaps;
 use crate::error::Result;
 use crate::halo::HaloCatalogue;
 use crate::imaging::Psf;
-use crate::mapping::multiplane::AccuracyReport;
+use crate::mapping::multiplane::{AccuracyReport, LineOfSight, Sheets};
 use crate::monitor::Monitor;
 use crate::numerics::random::Stage;
 
@@ -29,6 +30,10 @@ pub struct Simulation {
     pub haloes: Haloes,
     /// Distortions each halo causes alone.
     pub single_haloes: SingleHaloes,
+    /// The sheets beside all haloes.
+    pub sheets: Sheets,
+    /// Mass in haloes and sheets.
+    pub matter: MatterBudget,
     /// Shapes of lens and source.
     pub shapes: LensAndSource,
     /// Seen through all haloes.
@@ -64,12 +69,25 @@ pub fn simulate(
         let _task = monitor.task(name, None);
         View::through(config, sight, &shapes, &inputs.psf, (realisation, stage), monitor)
     };
-    let sight = line_of_sight(config, &haloes, &haloes.catalogue)?;
+    let sheets = sheets_of(config, &haloes, &haloes.catalogue, Selection::All)?;
+    let sight = LineOfSight::along(config.line_of_sight.reference, &haloes.catalogue, &sheets)?;
+    let matter = MatterBudget::of(config, &haloes.linear, &haloes.population, sight.sheet_convergence())?;
     let all = view("image through all haloes", &sight, Stage::NoiseAllHaloes)?;
-    let tidal_sight = line_of_sight(config, &haloes, &in_tidal_regime)?;
+    let tidal_sight = line_of_sight_of(config, &haloes, &in_tidal_regime, Selection::TidalRegime)?;
     let tidal = view("image through tidal haloes", &tidal_sight, Stage::NoiseTidalHaloes)?;
 
     let (maps, of_maps) = maps(config, &sight, monitor)?;
     let accuracy = all.accuracy.and(&tidal.accuracy).and(&of_maps);
-    Ok(Simulation { config: config.clone(), haloes, single_haloes, shapes, all, tidal, maps, accuracy })
+    Ok(Simulation {
+        config: config.clone(),
+        haloes,
+        single_haloes,
+        sheets,
+        matter,
+        shapes,
+        all,
+        tidal,
+        maps,
+        accuracy,
+    })
 }

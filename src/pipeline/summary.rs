@@ -1,10 +1,12 @@
 //! The numbers of a run that a person wants to read, named once for terminal, JSON and HDF5.
 
+use nalgebra::Complex;
 use serde::Serialize;
 
+use super::matter::MatterBudget;
 use super::simulate::Simulation;
 use super::view::View;
-use crate::diagnostics::{Distortion, Tidal};
+use crate::diagnostics::Tidal;
 use crate::mapping::multiplane::{Accuracy, AccuracyReport};
 
 /// Counts and on-axis quantities of a run.
@@ -28,6 +30,8 @@ pub struct Summary {
     pub largest_kappa_h: f64,
     /// Haloes with κ_h above `diagnostics.kappa_warning`.
     pub number_above_kappa_warning: usize,
+    /// Mass in haloes and sheets, as convergence on the axis.
+    pub matter: MatterBudget,
     /// How accurately rays of images and maps were traced.
     pub tracing: Tracing,
     /// Seen through all haloes.
@@ -79,6 +83,7 @@ impl Summary {
             number_beyond_tidal: run.all.number_of_haloes - run.tidal.number_of_haloes,
             largest_kappa_h: kappa.iter().copied().fold(0.0, f64::max),
             number_above_kappa_warning: kappa.iter().filter(|k| **k > warning).count(),
+            matter: run.matter,
             tracing: Tracing {
                 accuracy_arcsec: run.config.line_of_sight.accuracy_arcsec,
                 report: run.accuracy,
@@ -96,11 +101,17 @@ impl View {
         let e = &self.effective;
         for (name, d) in [("od", &e.od), ("os", &e.os), ("ds", &e.ds)] {
             push_tidal(&mut list, name, &d.tidal);
-            push_flexion(&mut list, name, d);
+            push_flexion(&mut list, name, d.f_per_arcsec, d.g_per_arcsec);
         }
         push_tidal(&mut list, "los", &e.los);
         push_tidal(&mut list, "los_linear", &e.los_linear);
         list.push(("delta_tot".into(), "", self.variation.delta));
+        for (name, averaged) in [("ring", &self.averages.ring), ("disc", &self.averages.disc)] {
+            list.push((format!("gamma1_os_{name}"), "", averaged.gamma.re));
+            list.push((format!("gamma2_os_{name}"), "", averaged.gamma.im));
+            push_flexion(&mut list, &format!("os_{name}"), averaged.f_per_arcsec, averaged.g_per_arcsec);
+            list.push((format!("delta_tot_{name}"), "", averaged.delta));
+        }
         let [ray_at_lens, ray_at_source] = self.axis_ray_arcsec;
         for (name, [x, y]) in [
             ("lens_centre", self.lens_centre_arcsec),
@@ -126,13 +137,8 @@ fn push_tidal(list: &mut Vec<(String, &'static str, f64)>, name: &str, tidal: &T
     }
 }
 
-fn push_flexion(list: &mut Vec<(String, &'static str, f64)>, name: &str, d: &Distortion) {
-    for (quantity, value) in [
-        ("F1", d.f_per_arcsec.re),
-        ("F2", d.f_per_arcsec.im),
-        ("G1", d.g_per_arcsec.re),
-        ("G2", d.g_per_arcsec.im),
-    ] {
+fn push_flexion(list: &mut Vec<(String, &'static str, f64)>, name: &str, f: Complex<f64>, g: Complex<f64>) {
+    for (quantity, value) in [("F1", f.re), ("F2", f.im), ("G1", g.re), ("G2", g.im)] {
         list.push((format!("{quantity}_{name}_per_arcsec"), "arcsec^-1", value));
     }
 }

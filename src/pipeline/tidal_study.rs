@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::haloes::{line_of_sight, populate};
+use super::haloes::{line_of_sight_of, populate};
+use super::matter::Selection;
 use super::rows::RowStore;
 use crate::config::Config;
 use crate::diagnostics::{EffectiveLineOfSight, MapGrid};
@@ -77,7 +78,8 @@ pub fn tidal_residual(
     if tidal_only {
         haloes.catalogue = haloes.in_tidal_regime(config)?;
     }
-    let sight = line_of_sight(config, &haloes, &haloes.catalogue)?;
+    let selection = if tidal_only { Selection::TidalRegime } else { Selection::All };
+    let sight = line_of_sight_of(config, &haloes, &haloes.catalogue, selection)?;
     let z_lens = config.line_of_sight.z_lens;
     let axis = |mapping: &dyn Mapping| mapping.map(&[[0.0, 0.0]], Order::Position).beta_arcsec[0];
     let (lens_centre, source_centre) = (axis(&sight.observer_to(z_lens)?), axis(&sight.observer_to_source()));

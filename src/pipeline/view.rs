@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use crate::config::{Config, LightConfig};
 use crate::diagnostics::{
-    CriticalCurves, EffectiveLineOfSight, ShearVariation, SkyWindow, TidalMaps, total_variation,
+    CriticalCurves, EffectiveLineOfSight, RingAndDisc, ShearVariation, SkyWindow, TidalMaps, total_variation,
 };
 use crate::error::Result;
 use crate::imaging::{Exposure, Psf, Scene, SkyGrid, expose};
@@ -53,6 +53,8 @@ pub struct View {
     pub effective: EffectiveLineOfSight,
     /// Total (os) shear and its relative variation.
     pub variation: ShearVariation,
+    /// Shear, flexion and Δ (os) averaged over the ring and the disc of the scale of Δ.
+    pub averages: RingAndDisc,
     /// Where the axis ray, bent by the haloes, meets lens plane and source: for a straight reference, by how much these
     /// planes are moved to keep it straight.
     pub axis_ray_arcsec: [[f64; 2]; 2],
@@ -123,13 +125,12 @@ impl View {
         let sampling = config.image.pixel_sampling;
         let noise = StreamName { seed: config.seed, realisation: noise.0, stage: noise.1 };
         let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise, monitor)?;
+        let (os, theta_e) = (line_of_sight.observer_to_source(), config.diagnostics.theta_e_arcsec);
         Ok(Self {
             number_of_haloes: line_of_sight.len(),
             effective: EffectiveLineOfSight::of(line_of_sight, z_lens)?,
-            variation: total_variation(
-                &line_of_sight.observer_to_source(),
-                config.diagnostics.theta_e_arcsec,
-            ),
+            variation: total_variation(&os, theta_e),
+            averages: RingAndDisc::of_mapping(&os, theta_e),
             axis_ray_arcsec: axis_ray(config, line_of_sight),
             lens_centre_arcsec,
             source_centre_arcsec,

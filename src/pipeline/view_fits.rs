@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use super::haloes::line_of_sight;
+use super::haloes::line_of_sight_of;
+use super::matter::Selection;
 use super::simulate::Simulation;
 use super::view::View;
 use crate::error::Result;
@@ -47,9 +48,10 @@ pub fn fit_views(
     let mut fits = Vec::new();
     let tidal = run.single_haloes.decisive(&run.config).within(run.config.diagnostics.delta_threshold);
     let in_tidal_regime = run.haloes.catalogue.select(&tidal);
-    for (image, view, catalogue) in
-        [("all_haloes", &run.all, &run.haloes.catalogue), ("tidal_haloes", &run.tidal, &in_tidal_regime)]
-    {
+    for (image, view, catalogue, selection) in [
+        ("all_haloes", &run.all, &run.haloes.catalogue, Selection::All),
+        ("tidal_haloes", &run.tidal, &in_tidal_regime, Selection::TidalRegime),
+    ] {
         for name in models {
             let mut description = ModelDescription::built_in(name)?;
             description.pixel_sampling = Some(run.config.image.pixel_sampling);
@@ -65,7 +67,7 @@ pub fn fit_views(
             };
             let model = match description.line_of_sight.model {
                 LineOfSightKind::Haloes => {
-                    let sight = line_of_sight(&run.config, &run.haloes, catalogue)?;
+                    let sight = line_of_sight_of(&run.config, &run.haloes, catalogue, selection)?;
                     let haloes = HaloSight::new(sight, run.config.line_of_sight.z_lens)?;
                     CompiledModel::through_haloes(&description, haloes)?
                 }

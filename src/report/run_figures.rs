@@ -117,7 +117,8 @@ fn histogram_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
     let (gamma1, gamma2) = (file.read_1d("haloes", "gamma1_h")?, file.read_1d("haloes", "gamma2_h")?);
     let shear: Vec<f64> = gamma1.iter().zip(&gamma2).map(|(a, b)| a.hypot(*b)).collect();
     let (kappa, delta) = (file.read_1d("haloes", "kappa_h")?, file.read_1d("haloes", "delta_h")?);
-    Ok(histograms([&kappa, &shear, &delta], config.diagnostics.delta_threshold))
+    let delta_of_disc = file.read_1d("haloes", "delta_disc_h")?;
+    Ok(histograms([&kappa, &shear, &delta], &delta_of_disc, config.diagnostics.delta_threshold))
 }
 
 /// A map read back, with the outer edges of its cells.

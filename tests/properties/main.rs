@@ -13,6 +13,7 @@ mod blind_start;
 mod critical_curves;
 mod einstein_radius;
 mod few_of_everything;
+mod mean_density;
 mod mock_catalogue;
 mod multiplane;
 mod pixels;

@@ -3,7 +3,7 @@
 use crate::any_cone::{any_cone, any_halo, cases};
 use crate::cone::{Halo, Z_SOURCE, catalogue};
 use haloray::diagnostics::HaloTidal;
-use haloray::halo::HaloCatalogue;
+use haloray::halo::{HaloCatalogue, Truncation};
 use haloray::mapping::multiplane::{LineOfSight, Sheets};
 use haloray::mapping::{Mapping, Order, RayBundle};
 use haloray::profile::mass::MassProfile;
@@ -110,7 +110,7 @@ proptest! {
     fn one_plane_is_the_single_plane_formula(halo in any_halo(), tau in prop::option::of(0.5..20.0_f64)) {
         let mut haloes = catalogue(&[halo]);
         if let Some(tau) = tau {
-            haloes = haloes.truncated_at(tau).unwrap();
+            haloes = haloes.truncated(Truncation::OverRs(tau)).unwrap();
         }
         let [xx, _, yy] = haloes.profile(0).unwrap().hessian(0.0, 0.0);
         for (sheets, kappa) in [(Sheets::None, 0.0), (Sheets::OnAxis, 0.5 * (xx + yy))] {
@@ -147,7 +147,7 @@ proptest! {
     fn a_ray_does_not_feel_its_tile_nor_the_threads(haloes in any_cone(), tau in prop::option::of(1.0..9.0_f64)) {
         let mut haloes = catalogue(&haloes);
         if let Some(tau) = tau {
-            haloes = haloes.truncated_at(tau).unwrap();
+            haloes = haloes.truncated(Truncation::OverRs(tau)).unwrap();
         }
         let sight = sight(&haloes, &Sheets::OnAxis);
         let mapping = sight.observer_to_source();

@@ -3,7 +3,7 @@
 use crate::cone::{Halo, catalogue};
 use crate::differences::{Differences, scaled_difference};
 use crate::oracle_table::Reference;
-use haloray::halo::HaloCatalogue;
+use haloray::halo::{HaloCatalogue, Truncation};
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
 use haloray::mapping::{Mapping, Order};
 use haloray::profile::mass::{Epl, MassModel};
@@ -88,7 +88,10 @@ fn haloes_and_a_main_lens_agree() {
 
 #[test]
 fn truncated_haloes_agree() {
-    compare("truncated", &line_of_sight(&cone().truncated_at(TAU).unwrap()).observer_to_source());
+    compare(
+        "truncated",
+        &line_of_sight(&cone().truncated(Truncation::OverRs(TAU)).unwrap()).observer_to_source(),
+    );
 }
 
 /// ∂A/∂θ by differences of second order, twice extrapolated: (b_xxx, b_xxy, b_xyy, b_yxx, b_yxy, b_yyy).
@@ -112,7 +115,8 @@ fn second_derivatives_are_the_differences_of_the_jacobian() {
     /// Haloes in the field are as small as 0.06″; the error of the differences goes with the sixth power of this.
     const STEP_ARCSEC: f64 = 4e-3;
     let theta = rays(&Reference::load("multiplane_rays"));
-    let (plain, cut) = (line_of_sight(&cone()), line_of_sight(&cone().truncated_at(TAU).unwrap()));
+    let (plain, cut) =
+        (line_of_sight(&cone()), line_of_sight(&cone().truncated(Truncation::OverRs(TAU)).unwrap()));
     let lens = main_lens();
     for (label, mapping) in [
         ("haloes", plain.observer_to_source()),

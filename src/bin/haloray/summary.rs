@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use haloray::mapping::multiplane::{AccuracyReport, Reference};
-use haloray::pipeline::{Quantities, Simulation, Summary};
+use haloray::pipeline::{MatterBudget, Quantities, Simulation, Summary};
 
 use crate::bars::Bars;
 
@@ -56,6 +56,7 @@ fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) ->
         )?;
     }
     writeln!(text, "axis ray     {}", axis_ray(run))?;
+    writeln!(text, "matter       {}", matter(&run.matter))?;
     writeln!(text, "tracing      {}", accuracy(&run.accuracy))
 }
 
@@ -74,6 +75,18 @@ fn axis_ray(run: &Simulation) -> String {
     }
 }
 
+/// Mass as the convergence that it causes on the axis.
+fn matter(budget: &MatterBudget) -> String {
+    let traced = budget.kappa_of_traced_haloes.map_or(String::new(), |kappa| {
+        let times = kappa / budget.kappa_of_mean_density;
+        format!(", as traced {kappa:.4} on average ({times:.2} of all matter)")
+    });
+    format!(
+        "κ of the mean density {:.4}; of haloes by M200c {:.4}{traced}; of sheets {:+.4}",
+        budget.kappa_of_mean_density, budget.kappa_of_population_m200c, -budget.kappa_of_sheets
+    )
+}
+
 fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::Result {
     let (all, tidal) = (&summary.all_haloes, &summary.tidal_haloes);
     let without = format!("without Δ_h ≥ {}", run.config.diagnostics.delta_threshold);
@@ -83,9 +96,13 @@ fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::
     {
         writeln!(text, "{label:<13}{:^24}{:^24}", shear(all, name), shear(tidal, name))?;
     }
-    for (label, name) in
-        [("κ_os", "kappa_os"), ("κ_LOS", "kappa_los"), ("ω_os", "omega_os"), ("Δ_tot", "delta_tot")]
-    {
+    for (label, name) in [
+        ("κ_os", "kappa_os"),
+        ("κ_LOS", "kappa_los"),
+        ("ω_os", "omega_os"),
+        ("Δ_tot", "delta_tot"),
+        ("Δ_tot, disc", "delta_tot_disc"),
+    ] {
         writeln!(text, "{label:<13}{:^24}{:^24}", plain(all.get(name)), plain(tidal.get(name)))?;
     }
     Ok(())

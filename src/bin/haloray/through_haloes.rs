@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use haloray::config::{LineOfSightConfig, SheetModel};
 use haloray::cosmology::Background;
+use haloray::halo::HaloCatalogue;
 use haloray::inference::model::{CompiledModel, ModelDescription};
-use haloray::io::{ExposureKeywords, read_haloes, read_line_of_sight};
+use haloray::io::{ExposureKeywords, SHEET_COLUMN, read_haloes, read_line_of_sight};
 use haloray::mapping::HaloSight;
 use haloray::mapping::multiplane::{LineOfSight, Sheets};
 use haloray::mapping::tidal::LineOfSightKind;
@@ -59,17 +60,29 @@ pub fn compile(description: &ModelDescription, image: &ExposureKeywords) -> Resu
     let haloes = read_haloes(file, z_source, &background)?;
     let written_for = read_line_of_sight(file);
     let reference = los.reference.or(written_for.as_ref().map(|sight| sight.reference)).unwrap_or_default();
-    let sheets = los.sheets.map_or_else(|| sheets_of(written_for.as_ref()), |own| own.sheets());
+    let sheets = match los.sheets {
+        Some(own) => own.sheets(),
+        None => sheets_of(written_for.as_ref(), &haloes).map_err(in_model)?,
+    };
     let sight = LineOfSight::along(reference, &haloes, &sheets)?;
     let haloes = HaloSight::new(sight, z_lens).map_err(in_model)?;
     CompiledModel::through_haloes(description, haloes).map_err(in_model)
 }
 
 /// The sheets of the run that wrote a table; on the axis for a table of unknown origin.
-fn sheets_of(written_for: Option<&LineOfSightConfig>) -> Sheets {
-    match written_for {
-        Some(sight) if sight.sheets == SheetModel::None => Sheets::None,
-        Some(sight) if sight.is_beside_axis() => Sheets::OnRay,
-        _ => Sheets::OnAxis,
-    }
+fn sheets_of(written_for: Option<&LineOfSightConfig>, haloes: &HaloCatalogue) -> Result<Sheets> {
+    Ok(match written_for.map(|sight| (sight.sheets, sight.is_beside_axis())) {
+        None | Some((SheetModel::OnAxis, false)) => Sheets::OnAxis,
+        Some((SheetModel::OnAxis, true)) => Sheets::OnRay,
+        Some((SheetModel::None, _)) => Sheets::None,
+        Some((SheetModel::MeanDensity, _)) => {
+            let own = haloes.extra.iter().find(|(name, _)| name == SHEET_COLUMN);
+            let kappa = own.ok_or_else(|| {
+                let allowed =
+                    "given: the table was drawn for sheets of the mean density and does not hold them";
+                Error::out_of_range("line_of_sight.sheets", "missing", allowed)
+            })?;
+            Sheets::Expected(kappa.1.clone())
+        }
+    })
 }

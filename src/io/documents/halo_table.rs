@@ -10,6 +10,8 @@ use crate::io::containers::{Column, Provenance, RunFileReader, Table, Values};
 
 /// Name of the HDF5 group or FITS extension with haloes.
 pub const HALOES_GROUP: &str = "haloes";
+/// Column of a run with mean-density sheets: the convergence that the sheet in each halo's plane takes away.
+pub const SHEET_COLUMN: &str = "sheet_kappa";
 /// The columns that mean something; all others are a user's own and are kept.
 const KNOWN: [&str; 8] = [
     "z",
@@ -89,11 +91,17 @@ pub fn read_line_of_sight(path: &Path) -> Option<LineOfSightConfig> {
 }
 
 fn truncation_radii(table: &Table) -> Result<Option<Vec<f64>>> {
-    let Some(radii) = table.optional_f64("r_trunc_arcsec")? else { return Ok(None) };
-    match radii.iter().position(|r| *r <= 0.0) {
-        None => Ok(Some(radii.to_vec())),
+    let radii = match table.column("r_trunc_arcsec").map(|column| &column.values) {
+        None => return Ok(None),
+        Some(Values::F64(radii)) => radii,
+        // Says what is wrong with it.
+        Some(Values::Text(_)) => return table.optional_f64("r_trunc_arcsec").map(|_| None),
+    };
+    match radii.iter().position(|r| r.is_nan() || *r <= 0.0) {
+        None => Ok(Some(radii.clone())),
         Some(row) => {
-            let problem = format!("{} is not allowed; must be positive", radii[row]);
+            let problem =
+                format!("{} is not allowed; must be positive, infinite (inf) without truncation", radii[row]);
             Err(table.fault_in_row(row, "r_trunc_arcsec", problem))
         }
     }

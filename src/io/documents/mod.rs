@@ -16,7 +16,7 @@ mod recovery_file;
 mod simulation_file;
 
 pub use exposure_keywords::ExposureKeywords;
-pub use halo_table::{HALOES_GROUP, halo_table, read_haloes, read_line_of_sight, write_haloes};
+pub use halo_table::{HALOES_GROUP, SHEET_COLUMN, halo_table, read_haloes, read_line_of_sight, write_haloes};
 pub use image_fits::{ImageFile, PsfKernel};
 pub use image_table::{curve_table, image_table, kind_name};
 pub use lens_model::{LensModelFile, LensOfFile, read_lens_model};

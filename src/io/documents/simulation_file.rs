@@ -2,14 +2,17 @@
 
 use std::path::Path;
 
-use super::halo_table::halo_columns;
+use super::halo_table::{SHEET_COLUMN, halo_columns};
 use super::image_table::curve_table;
 use crate::config::Config;
-use crate::diagnostics::{CriticalCurve, CriticalCurves, CurveKind, HaloTidal, TidalMaps};
+use crate::diagnostics::{
+    Averaged, CriticalCurve, CriticalCurves, CurveKind, HaloTidal, RingAndDisc, TidalMaps,
+};
 use crate::error::Result;
 use crate::imaging::Exposure;
 use crate::io::containers::{Column, Provenance, RunFile, RunFileReader, Values};
-use crate::pipeline::{Haloes, Quantities, Simulation, SingleHaloes, Summary, View};
+use crate::mapping::multiplane::Sheets;
+use crate::pipeline::{Quantities, Simulation, Summary, View};
 
 /// Writes config, haloes, mass function, diagnostics, maps and images of a run.
 ///
@@ -17,7 +20,7 @@ use crate::pipeline::{Haloes, Quantities, Simulation, SingleHaloes, Summary, Vie
 /// [`crate::Error::Write`] when the disk is full.
 pub fn write_simulation(run: &Simulation, path: &Path, provenance: &Provenance) -> Result<()> {
     let file = RunFile::create(path, provenance)?;
-    write_haloes(&file, &run.haloes, &run.single_haloes)?;
+    write_haloes(&file, run)?;
     write_mass_function(&file, run)?;
     write_distances(&file, &run.config)?;
     write_maps(&file, "maps", &run.maps)?;
@@ -43,11 +46,15 @@ fn write_columns(file: &RunFile, group: &str, columns: &[Column]) -> Result<()> 
     Ok(())
 }
 
-fn write_haloes(file: &RunFile, haloes: &Haloes, single: &SingleHaloes) -> Result<()> {
+fn write_haloes(file: &RunFile, run: &Simulation) -> Result<()> {
+    let (haloes, single) = (&run.haloes, &run.single_haloes);
     let mut columns = halo_columns(&haloes.catalogue);
     let mut results = vec![Column::f64("chi_cmpc", Some("Mpc"), haloes.catalogue.chi_cmpc.clone())];
     results.extend(tidal_columns(&single.on_axis, "h"));
     results.extend(single.on_ray.iter().flat_map(|on_ray| tidal_columns(on_ray, "h_on_ray")));
+    if let Sheets::Expected(kappa) = &run.sheets {
+        results.push(Column::f64(SHEET_COLUMN, None, kappa.clone()));
+    }
     columns.retain(|own| !results.iter().any(|r| r.name == own.name));
     columns.extend(results);
     file.group("haloes")?;
@@ -61,18 +68,31 @@ fn tidal_columns(tidal: &HaloTidal, place: &str) -> Vec<Column> {
     let part = |values: &[nalgebra::Complex<f64>], real: bool| -> Vec<f64> {
         values.iter().map(|v| if real { v.re } else { v.im }).collect()
     };
-    [
-        ("kappa", None, tidal.kappa.clone()),
-        ("gamma1", None, part(&tidal.gamma, true)),
-        ("gamma2", None, part(&tidal.gamma, false)),
-        ("F1", per_arcsec, part(&tidal.f_per_arcsec, true)),
-        ("F2", per_arcsec, part(&tidal.f_per_arcsec, false)),
-        ("G1", per_arcsec, part(&tidal.g_per_arcsec, true)),
-        ("G2", per_arcsec, part(&tidal.g_per_arcsec, false)),
-        ("delta", None, tidal.delta.clone()),
-    ]
-    .map(|(name, unit, values)| Column::f64(&format!("{name}_{place}"), unit, values))
-    .to_vec()
+    let averaged = |of: fn(&RingAndDisc) -> Averaged, value: fn(&Averaged) -> f64| -> Vec<f64> {
+        tidal.averages.iter().map(|averages| value(&of(averages))).collect()
+    };
+    let mut columns = vec![
+        ("kappa".to_string(), None, tidal.kappa.clone()),
+        ("gamma1".into(), None, part(&tidal.gamma, true)),
+        ("gamma2".into(), None, part(&tidal.gamma, false)),
+        ("F1".into(), per_arcsec, part(&tidal.f_per_arcsec, true)),
+        ("F2".into(), per_arcsec, part(&tidal.f_per_arcsec, false)),
+        ("G1".into(), per_arcsec, part(&tidal.g_per_arcsec, true)),
+        ("G2".into(), per_arcsec, part(&tidal.g_per_arcsec, false)),
+        ("delta".into(), None, tidal.delta.clone()),
+    ];
+    let regions: [(&str, fn(&RingAndDisc) -> Averaged); 2] = [("ring", |a| a.ring), ("disc", |a| a.disc)];
+    for (region, of) in regions {
+        columns.extend([
+            (format!("F1_{region}"), per_arcsec, averaged(of, |a| a.f_per_arcsec.re)),
+            (format!("F2_{region}"), per_arcsec, averaged(of, |a| a.f_per_arcsec.im)),
+            (format!("G1_{region}"), per_arcsec, averaged(of, |a| a.g_per_arcsec.re)),
+            (format!("G2_{region}"), per_arcsec, averaged(of, |a| a.g_per_arcsec.im)),
+            (format!("delta_{region}"), None, averaged(of, |a| a.delta)),
+        ]);
+    }
+    let column = |(name, unit, values)| Column::f64(&format!("{name}_{place}"), unit, values);
+    columns.into_iter().map(column).collect()
 }
 
 fn write_mass_function(file: &RunFile, run: &Simulation) -> Result<()> {

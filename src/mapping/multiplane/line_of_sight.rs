@@ -113,6 +113,12 @@ impl LineOfSight {
         self.planes.is_empty()
     }
 
+    /// Convergence of all sheets, reduced to the source; each takes away so much.
+    pub fn sheet_convergence(&self) -> f64 {
+        let own = |p: &Plane| p.f_sheet * (self.chi_source_cmpc - p.chi_cmpc) / self.chi_source_cmpc;
+        self.planes.iter().map(own).sum()
+    }
+
     /// Observer to source through the haloes alone (os).
     pub fn observer_to_source(&self) -> Segment {
         self.from_observer(self.chi_source_cmpc)

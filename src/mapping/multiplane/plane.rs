@@ -16,8 +16,8 @@ pub enum Sheets {
     OnRay,
     /// No compensation.
     None,
-    /// In each halo's plane the convergence given (reduced to the source), in catalogue order: the expected
-    /// mass of the population, see [`crate::halo::mean_density_sheets`].
+    /// In each halo's plane the convergence given (reduced to the source), in catalogue order: the share of what the
+    /// haloes that are traced hold on average, see [`crate::halo::mean_density_sheets`].
     Expected(Vec<f64>),
 }
 

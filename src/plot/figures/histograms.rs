@@ -5,8 +5,9 @@ use crate::plot::{Anchor, At, Axis, Colour, Figure, Mark, Panel, Rule, Scale, Sh
 /// Bins per decade; the label of the ordinate says their width.
 const BINS_PER_DECADE: f64 = 8.0;
 
-/// Draws the distributions of κ_h, |γ_h| and Δ_h of all haloes over the full page, the last with a line at a threshold.
-pub fn histograms(effects: [&[f64]; 3], delta_threshold: f64) -> Figure {
+/// Draws the distributions of κ_h, |γ_h| and Δ_h of all haloes over the full page, the last with a line at a threshold and beside
+/// the Δ_h of averages over a disc.
+pub fn histograms(effects: [&[f64]; 3], delta_of_disc: &[f64], delta_threshold: f64) -> Figure {
     let colours = [Colour::BLUE, Colour::GREEN, Colour::RED];
     let bins = effects.map(log_bins);
     let tallest = bins.iter().flat_map(|(_, counts)| counts).copied().fold(1.0, f64::max);
@@ -19,7 +20,10 @@ pub fn histograms(effects: [&[f64]; 3], delta_threshold: f64) -> Figure {
     let mut figure = Figure::full_width("Distributions of halo effects", 0.9, 3, panels);
     let (at, colour, halo) = (At::DataFraction(delta_threshold, 0.93), Colour::BLACK, Some(Colour::WHITE));
     let text = format!("  Δ_{{h}} = {delta_threshold}");
+    let (edges, counts) = log_bins(delta_of_disc);
+    let over_disc = Shape::Histogram { edges, counts, stroke: Stroke::dashed(Colour::BLACK, 0.7) };
     figure.panels[2].marks.extend([
+        Mark::from(over_disc).named("over a disc"),
         Mark::rule(Rule::X(delta_threshold), Stroke::dashed(Colour::BLACK, 0.9)),
         Shape::Text { at, text, anchor: Anchor::Start, colour, halo }.into(),
     ]);

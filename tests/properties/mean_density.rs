@@ -1,0 +1,123 @@
+//! Sheets of the mean density leave no convergence on average; the variance of the shear is Campbell's.
+
+use haloray::config::{Config, HaloProfile, Preset, SheetModel};
+use haloray::diagnostics::Distortion;
+use haloray::mapping::multiplane::Reference;
+use haloray::monitor::Silent;
+use haloray::pipeline::{Selection, end, expectation, line_of_sight_of, mean_convergence, populate};
+use haloray::profile::mass::{MassModel, MassProfile};
+
+/// The paper's population about a straight axis ray, sheets of the mean density.
+fn config(min_point_shear: f64, change: impl Fn(&mut Config)) -> Config {
+    let mut config = Preset::Paper.config().unwrap();
+    config.haloes.min_point_shear = min_point_shear;
+    config.line_of_sight.reference = Reference::Straight;
+    config.line_of_sight.sheets = SheetModel::MeanDensity;
+    change(&mut config);
+    config
+}
+
+/// Mean and its standard error.
+fn mean(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+/// κ_os of traced axis rays averages to 0.
+fn assert_balanced(name: &str, config: &Config, selection: Selection, sightlines: u64, largest_error: f64) {
+    let kappa = |realisation| {
+        let haloes = populate(config, None, realisation, &Silent).unwrap();
+        let catalogue = match selection {
+            Selection::All => haloes.catalogue.clone(),
+            Selection::TidalRegime => haloes.in_tidal_regime(config).unwrap(),
+        };
+        let sight = line_of_sight_of(config, &haloes, &catalogue, selection).unwrap();
+        Distortion::on_axis(&sight.observer_to_source()).tidal.kappa
+    };
+    let values: Vec<f64> = (0..sightlines).map(kappa).collect();
+    let (mean, error) = mean(&values);
+    let haloes = populate(config, None, 0, &Silent).unwrap();
+    let sheets = end(&mean_convergence(config, &haloes.linear, &haloes.population, selection).unwrap());
+    println!("{name}: κ_os {mean:+.5} ± {error:.5} of {sightlines} sightlines, sheets {sheets:.4}");
+    assert!(mean.abs() < 3.0 * error && error < largest_error, "{name}");
+}
+
+fn truncated(config: &mut Config) {
+    config.haloes.profile = HaloProfile::TruncatedNfw;
+    config.haloes.total_mass_over_m200c = Some(1.0);
+    config.haloes.concentration_scatter_dex = 0.16;
+}
+
+#[test]
+fn sheets_of_the_mean_density_leave_no_convergence_on_average() {
+    assert_balanced("kept NFW haloes", &config(1e-4, |_| ()), Selection::All, 40, 0.01);
+    assert_balanced("tidal regime, truncated", &config(1e-4, truncated), Selection::TidalRegime, 10, 0.01);
+}
+
+#[test]
+#[ignore = "slow: just nightly"]
+fn sheets_balance_every_kind_of_haloes() {
+    let all = Selection::All;
+    let mut consistent = Preset::Consistent.config().unwrap();
+    consistent.line_of_sight.sheets = SheetModel::MeanDensity;
+    for (name, config, selection) in [
+        ("kept NFW haloes", config(1e-6, |_| ()), all),
+        ("larger cylinder", config(1e-6, |c| c.haloes.radius_cmpc = 18.46), all),
+        ("looser cut", config(3e-7, |_| ()), all),
+        ("truncated haloes", config(1e-6, truncated), all),
+        ("tidal regime", config(1e-6, |_| ()), Selection::TidalRegime),
+        ("tidal regime, truncated", config(1e-6, truncated), Selection::TidalRegime),
+        ("without κ_h > 0.01", config(1e-6, |c| c.haloes.max_kappa = Some(0.01)), all),
+        ("preset consistent", consistent, all),
+    ] {
+        assert_balanced(name, &config, selection, 160, 0.003);
+    }
+}
+
+/// ⟨|γ|²⟩ of independent haloes: ∫ over the disc of γ_h², by Gauss–Legendre in ln θ.
+fn shear_squared(lens: &MassModel, theta_max: f64) -> haloray::Result<f64> {
+    let low = (1e-4f64).min(0.1 * theta_max).ln();
+    Ok(haloray::numerics::quadrature::integrate(low, theta_max.ln(), 2, |ln| {
+        let theta = ln.exp();
+        let [xx, _, yy] = lens.hessian(theta, 0.0);
+        2.0 * std::f64::consts::PI * theta * theta * (0.5 * (xx - yy)).powi(2)
+    }))
+}
+
+/// Σ|γ_h|² and |γ_os|² over sightlines against Campbell's theorem: means and standard errors over the expectation.
+fn shear_variance(config: &Config, sightlines: u64) -> [(f64, f64); 2] {
+    let of = |realisation| {
+        let haloes = populate(config, None, realisation, &Silent).unwrap();
+        let effects = haloes.effects(config).unwrap();
+        let sight = line_of_sight_of(config, &haloes, &haloes.catalogue, Selection::All).unwrap();
+        let os = Distortion::on_axis(&sight.observer_to_source()).tidal.gamma;
+        let single: f64 = effects.decisive(config).gamma.iter().map(|gamma| gamma.norm_sqr()).sum();
+        (single, os.norm_sqr())
+    };
+    let (single, os): (Vec<f64>, Vec<f64>) = (0..sightlines).map(of).unzip();
+    let haloes = populate(config, None, 0, &Silent).unwrap();
+    let expected = end(&expectation(config, &haloes.linear, &haloes.population, shear_squared).unwrap());
+    println!("⟨|γ|²⟩ expected {expected:.4e}: rms {:.4}", expected.sqrt());
+    [single, os].map(|values| {
+        let (mean, error) = mean(&values);
+        println!("{:.4} ± {:.4} of it in {sightlines} sightlines", mean / expected, error / expected);
+        (mean / expected, error / expected)
+    })
+}
+
+#[test]
+fn the_shear_has_the_variance_of_independent_haloes() {
+    for (ratio, error) in shear_variance(&config(1e-4, |_| ()), 60) {
+        assert!((ratio - 1.0).abs() < 3.0 * error && error < 0.5, "{ratio} ± {error}");
+    }
+}
+
+#[test]
+#[ignore = "slow: just nightly"]
+fn the_shear_has_the_variance_of_independent_haloes_within_two_per_cent() {
+    for (ratio, error) in shear_variance(&config(1e-6, |_| ()), 2000) {
+        assert!((ratio - 1.0).abs() < 0.02_f64.max(3.0 * error), "{ratio} ± {error}");
+    }
+}
