@@ -60,6 +60,17 @@ cut:
     cargo run --release -- study cut -o cut
     python3 data/oracle/page.py docs/CUT_STUDY.md "haloray study cut -o cut" cut/result.md
 
+# what truncation and scatter of haloes change; writes docs/HALO_CHOICES.md
+haloes:
+    cargo run --release -- study haloes --preset consistent -n 60 -o halo_choices
+    python3 data/oracle/page.py docs/HALO_CHOICES.md "haloray study haloes --preset consistent -n 60 -o halo_choices" halo_choices/result.md
+
+# which γ_LOS fits measure, an hour; writes docs/WHICH_SHEAR.md
+which-shear:
+    printf '[source]\nsersic_index = 1.0\n' > target/n1.toml
+    cargo run --release -- study which-shear target/n1.toml --preset consistent -n 35 -o which_shear
+    python3 data/oracle/page.py docs/WHICH_SHEAR.md "haloray study which-shear target/n1.toml --preset consistent -n 35 -o which_shear" which_shear/result.md
+
 # full against minimal model on Table 1's image; writes docs/ADVANTAGE.md
 advantage:
     cargo run --release -- study advantage -o advantage

@@ -19,7 +19,7 @@ pub enum Preset {
     /// Section 4 of the paper as its authors ran it.
     #[default]
     Paper,
-    /// One cosmology, evolving relations, comoving radius, integrated pixels.
+    /// One cosmology, evolving relations, comoving radius, haloes that end, a straight axis ray, integrated pixels.
     Consistent,
 }
 

@@ -1,5 +1,6 @@
 //! What the line of sight does: per-halo tidal variation, od/os/ds/LOS tensors, maps, images of points, critical curves.
 
+mod best_model;
 mod critical_curves;
 mod critical_links;
 mod critical_points;
@@ -15,6 +16,7 @@ mod variation;
 mod winding;
 
 pub use crate::mapping::tidal::Tidal;
+pub use best_model::{BestModel, WeightedRays};
 pub use critical_curves::{CriticalCurve, CriticalCurves, CurveKind};
 pub use distortion::Distortion;
 pub use effective::EffectiveLineOfSight;

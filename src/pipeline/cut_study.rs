@@ -1,7 +1,8 @@
 //! What the shear cut does: one line of sight at ever looser cuts.
 
 use super::haloes::{line_of_sight, populate};
-use super::view::{LensAndSource, View};
+use super::shapes::LensAndSource;
+use super::view::View;
 use crate::config::Config;
 use crate::error::Result;
 use crate::halo::passes_shear_cut;

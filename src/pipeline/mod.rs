@@ -4,16 +4,20 @@ mod advantage;
 mod calibration;
 mod catalogue;
 mod cut_study;
+mod halo_choices;
 mod haloes;
+mod los_shears;
 mod matter;
 mod one_core_each;
 mod relations;
 mod rows;
+mod shapes;
 mod simulate;
 mod summary;
 mod tidal_study;
 mod view;
 mod view_fits;
+mod which_shear;
 
 pub use advantage::{Advantage, Table1Image, advantage, table1_image};
 pub use calibration::{
@@ -22,14 +26,18 @@ pub use calibration::{
 };
 pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
 pub use cut_study::{CutRow, cut_study};
+pub use halo_choices::{HaloChoice, halo_choices};
 pub use haloes::{
     Haloes, MassFunctionCurve, SingleHaloes, line_of_sight, line_of_sight_of, populate, sheets_of,
 };
+pub use los_shears::{BeamAverage, DEFINITIONS, LosShears};
 pub use matter::{MatterBudget, Selection, end, expectation, mean_convergence};
 pub use relations::Relations;
 pub use rows::{NoRows, RowStore};
+pub use shapes::LensAndSource;
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-pub use view::{LensAndSource, View, critical_curves, main_lens, maps, source_centre, to_accuracy};
+pub use view::{View, critical_curves, main_lens, maps, source_centre, to_accuracy};
 pub use view_fits::{ViewFit, fit_views};
+pub use which_shear::{WhichShear, median_deviations, which_shear};

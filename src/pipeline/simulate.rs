@@ -2,7 +2,8 @@
 
 use super::haloes::{Haloes, SingleHaloes, line_of_sight_of, populate, sheets_of};
 use super::matter::{MatterBudget, Selection};
-use super::view::{LensAndSource, View, maps};
+use super::shapes::LensAndSource;
+use super::view::{View, maps};
 use crate::config::Config;
 use crate::diagnostics::TidalMaps;
 use crate::error::Result;

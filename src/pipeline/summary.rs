@@ -3,6 +3,7 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
+use super::los_shears::DEFINITIONS;
 use super::matter::MatterBudget;
 use super::simulate::Simulation;
 use super::view::View;
@@ -105,6 +106,19 @@ impl View {
         }
         push_tidal(&mut list, "los", &e.los);
         push_tidal(&mut list, "los_linear", &e.los_linear);
+        let others = self.los_shears.all(e);
+        for (name, tensors) in DEFINITIONS.iter().zip(others).skip(1) {
+            if let Some((od, los)) = tensors {
+                push_tidal(&mut list, &format!("od_{name}"), &od);
+                push_tidal(&mut list, &format!("los_{name}"), &los);
+            }
+        }
+        let (tidal, flexion) = (&self.los_shears.best_tidal, &self.los_shears.best_flexion);
+        for (name, model) in [("best_tidal", tidal), ("best_flexion", flexion)] {
+            let left =
+                model.map(|model| (format!("residual_{name}_arcsec"), "arcsec", model.residual_arcsec));
+            list.extend(left);
+        }
         list.push(("delta_tot".into(), "", self.variation.delta));
         for (name, averaged) in [("ring", &self.averages.ring), ("disc", &self.averages.disc)] {
             list.push((format!("gamma1_os_{name}"), "", averaged.gamma.re));

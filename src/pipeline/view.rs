@@ -1,7 +1,7 @@
 //! One line of sight looked through: its tensors, Δ_tot, and the image of the lens seen through it.
 
-use rand::RngExt;
-
+use super::los_shears::{LosShears, Seen};
+use super::shapes::LensAndSource;
 use crate::config::{Config, LightConfig};
 use crate::diagnostics::{
     CriticalCurves, EffectiveLineOfSight, RingAndDisc, ShearVariation, SkyWindow, TidalMaps, total_variation,
@@ -10,39 +10,10 @@ use crate::error::Result;
 use crate::imaging::{Exposure, Psf, Scene, SkyGrid, expose};
 use crate::mapping::multiplane::{AccuracyReport, AdaptiveSegment, Field, LineOfSight, MainLens, Segment};
 use crate::mapping::{Mapping, Order};
-use crate::monitor::Monitor;
-use crate::numerics::random::{Stage, StreamName, stream};
+use crate::monitor::{Monitor, Uncounted};
+use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
 use crate::profile::mass::{Epl, MassModel};
-
-/// Ellipticities of lens and source, as configured or drawn from the seed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LensAndSource {
-    /// (e1, e2) of the main lens.
-    pub lens_ellipticity: [f64; 2],
-    /// (e1, e2) of the source.
-    pub source_ellipticity: [f64; 2],
-}
-
-impl LensAndSource {
-    /// Takes the configured ellipticities; those left out are drawn with axis ratio uniform in (0.7, 1) and
-    /// random orientation (the paper draws them at random and does not say how).
-    pub fn resolve(config: &Config, realisation: u64) -> Self {
-        let mut rng = stream(config.seed, realisation, Stage::LensAndSource, 0);
-        let mut draw = || {
-            let q = 0.7 + 0.3 * rng.random::<f64>();
-            let (sin, cos) = (2.0 * std::f64::consts::PI * rng.random::<f64>()).sin_cos();
-            let e = (1.0 - q) / (1.0 + q);
-            [e * cos, e * sin]
-        };
-        let (lens, source) = (draw(), draw());
-        let given = |e1: Option<f64>, e2: Option<f64>| Some([e1?, e2?]);
-        Self {
-            lens_ellipticity: given(config.lens.e1, config.lens.e2).unwrap_or(lens),
-            source_ellipticity: given(config.source.e1, config.source.e2).unwrap_or(source),
-        }
-    }
-}
 
 /// What is seen through one set of haloes.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +26,8 @@ pub struct View {
     pub variation: ShearVariation,
     /// Shear, flexion and Δ (os) averaged over the ring and the disc of the scale of Δ.
     pub averages: RingAndDisc,
+    /// γ_LOS by other definitions than the axis ray's.
+    pub los_shears: LosShears,
     /// Where the axis ray, bent by the haloes, meets lens plane and source: for a straight reference, by how much these
     /// planes are moved to keep it straight.
     pub axis_ray_arcsec: [[f64; 2]; 2],
@@ -125,10 +98,15 @@ impl View {
         let sampling = config.image.pixel_sampling;
         let noise = StreamName { seed: config.seed, realisation: noise.0, stage: noise.1 };
         let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise, monitor)?;
+        let effective = EffectiveLineOfSight::of(line_of_sight, z_lens)?;
+        let seen =
+            Seen { shapes, lens: &lens, lens_light: lens_light.as_ref(), whole: &whole, exposure: &exposure };
+        let los_shears = LosShears::measure(config, line_of_sight, &effective, &seen, &Uncounted(monitor))?;
         let (os, theta_e) = (line_of_sight.observer_to_source(), config.diagnostics.theta_e_arcsec);
         Ok(Self {
             number_of_haloes: line_of_sight.len(),
-            effective: EffectiveLineOfSight::of(line_of_sight, z_lens)?,
+            effective,
+            los_shears,
             variation: total_variation(&os, theta_e),
             averages: RingAndDisc::of_mapping(&os, theta_e),
             axis_ray_arcsec: axis_ray(config, line_of_sight),

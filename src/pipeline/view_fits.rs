@@ -3,15 +3,21 @@
 use std::time::Instant;
 
 use super::haloes::line_of_sight_of;
+use super::los_shears::DEFINITIONS;
 use super::matter::Selection;
+use super::shapes::LensAndSource;
 use super::simulate::Simulation;
 use super::view::View;
+use crate::config::Config;
+use crate::diagnostics::Tidal;
 use crate::error::Result;
 use crate::imaging::Psf;
 use crate::inference::diagnose::ESS_LIMIT;
-use crate::inference::model::{CompiledModel, LightDescription, ModelDescription, ParameterRule};
+use crate::inference::model::{
+    CompiledModel, FreeParameter, LightDescription, ModelDescription, ParameterRule,
+};
 use crate::inference::sample::{SamplerSettings, ValleySettings};
-use crate::inference::{Fit, FitSettings, NoStore, Observation, Prior};
+use crate::inference::{Fit, FitSettings, NoStore, Observation, Prior, climb_from};
 use crate::mapping::HaloSight;
 use crate::mapping::tidal::LineOfSightKind;
 use crate::monitor::Monitor;
@@ -31,8 +37,18 @@ pub struct ViewFit {
     pub fit: Fit,
     /// Seconds the fit took.
     pub seconds: f64,
-    /// Shears and rotation that the haloes have on the axis, by parameter name.
-    pub expected: Vec<(String, f64)>,
+    /// Shears and rotation by parameter name, as each of [`DEFINITIONS`] has them; the axis ray's first. For a fit through the
+    /// haloes the true lens and source alone.
+    pub expected: Vec<(&'static str, Vec<(String, f64)>)>,
+    /// A climb from the truth ends so much above the highest maximum that the fit found (ln p), where it does.
+    pub missed_by: Option<f64>,
+}
+
+impl ViewFit {
+    /// What the axis ray has, or the truth of a fit through haloes.
+    pub fn on_axis(&self) -> &[(String, f64)] {
+        self.expected.first().map_or(&[], |(_, values)| values)
+    }
 }
 
 /// Fits both images of `run` with each of the named built-in models; pixels are integrated as they were simulated.
@@ -53,73 +69,123 @@ pub fn fit_views(
         ("tidal_haloes", &run.tidal, &in_tidal_regime, Selection::TidalRegime),
     ] {
         for name in models {
-            let mut description = ModelDescription::built_in(name)?;
-            description.pixel_sampling = Some(run.config.image.pixel_sampling);
-            if run.config.lens_light.is_some() && description.lens_light.is_empty() {
-                description.lens_light.push(lens_light());
-            }
-            let settings = FitSettings {
-                likelihood: description.likelihood,
-                pixel_sampling: run.config.image.pixel_sampling,
-                sampler: SamplerSettings::Valley(ValleySettings::default()),
-                min_ess: ESS_LIMIT,
-                seed: run.config.seed,
+            let through_haloes = || {
+                let sight = line_of_sight_of(&run.config, &run.haloes, catalogue, selection)?;
+                HaloSight::new(sight, run.config.line_of_sight.z_lens)
             };
-            let model = match description.line_of_sight.model {
-                LineOfSightKind::Haloes => {
-                    let sight = line_of_sight_of(&run.config, &run.haloes, catalogue, selection)?;
-                    let haloes = HaloSight::new(sight, run.config.line_of_sight.z_lens)?;
-                    CompiledModel::through_haloes(&description, haloes)?
-                }
-                _ => CompiledModel::new(&description)?,
-            };
-            let start = Instant::now();
-            let _task = monitor.task(&format!("{image}, {name}"), None);
-            let fit = Fit::run(observation(run, view, psf), model, settings, &mut NoStore, monitor)?;
-            let seconds = start.elapsed().as_secs_f64();
-            fits.push(ViewFit {
-                image,
-                model: name.clone(),
-                expected: expected(run, view, &description),
-                description,
-                fit,
-                seconds,
-            });
+            let seen = FittedView { image, config: &run.config, shapes: &run.shapes, view, psf };
+            fits.push(seen.fit(name, through_haloes, monitor)?);
         }
     }
     Ok(fits)
 }
 
-fn observation(run: &Simulation, view: &View, psf: &Psf) -> Observation {
-    let instrument = &run.config.instrument;
-    Observation {
-        grid: view.exposure.grid,
-        data_e_s: view.exposure.noisy_e_s.clone(),
-        used: vec![true; view.exposure.noisy_e_s.len()],
-        background_rms_e_s: instrument.background_rms_e_s(),
-        exposure_s: instrument.exposure_s,
-        psf: psf.clone(),
-    }
+/// An image to be fitted, with everything that it was made of.
+pub(super) struct FittedView<'a> {
+    pub image: &'static str,
+    pub config: &'a Config,
+    pub shapes: &'a LensAndSource,
+    pub view: &'a View,
+    pub psf: &'a Psf,
 }
 
-/// Light of the lens galaxy under its usual priors, on the axis, where a run puts it.
-fn lens_light() -> LightDescription {
-    let free = Sersic::PARAMETERS.iter().filter(|parameter| parameter.role != Role::Centre);
-    let prior = |parameter: &Parameter| Prior { shape: parameter.usual_prior, low: None, high: None };
-    LightDescription {
-        profile: "SERSIC_ELLIPSE".into(),
-        amplitude: None,
-        parameters: free.map(|own| (own.name.to_string(), ParameterRule::Free(prior(own)))).collect(),
+impl FittedView<'_> {
+    /// Fits a built-in model, and climbs from the truth beside.
+    pub fn fit(
+        &self,
+        name: &str,
+        through_haloes: impl FnOnce() -> Result<HaloSight>,
+        monitor: &dyn Monitor,
+    ) -> Result<ViewFit> {
+        let (config, image) = (self.config, self.image);
+        let mut description = ModelDescription::built_in(name)?;
+        description.pixel_sampling = Some(config.image.pixel_sampling);
+        if config.lens_light.is_some() && description.lens_light.is_empty() {
+            description.lens_light.push(lens_light());
+        }
+        let settings = FitSettings {
+            likelihood: description.likelihood,
+            pixel_sampling: config.image.pixel_sampling,
+            sampler: SamplerSettings::Valley(ValleySettings::default()),
+            min_ess: ESS_LIMIT,
+            seed: config.seed,
+        };
+        let model = match description.line_of_sight.model {
+            LineOfSightKind::Haloes => CompiledModel::through_haloes(&description, through_haloes()?)?,
+            _ => CompiledModel::new(&description)?,
+        };
+        let start = Instant::now();
+        let _task = monitor.task(&format!("{image}, {name}"), None);
+        let fit = Fit::run(self.observation(), model, settings, &mut NoStore, monitor)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let expected = self.expected(&description);
+        let missed_by = self.climb_from_truth(&fit, &expected);
+        Ok(ViewFit { image, model: name.into(), expected, description, fit, seconds, missed_by })
     }
-}
 
-/// What the tensors of the axis ray have for the shears of the fit; for a fit through the haloes themselves the true lens and
-/// source, their centres where the ray that is seen on the axis meets their planes.
-fn expected(run: &Simulation, view: &View, description: &ModelDescription) -> Vec<(String, f64)> {
-    if description.line_of_sight.model == LineOfSightKind::Haloes {
-        let (lens, source) = (&run.config.lens, &run.config.source);
-        let ([lens_e1, lens_e2], [e1, e2]) = (run.shapes.lens_ellipticity, run.shapes.source_ellipticity);
-        return [
+    /// By how much the top that is reached from the truth lies above the highest maximum of the fit, if it does.
+    fn climb_from_truth(&self, fit: &Fit, expected: &[(&'static str, Vec<(String, f64)>)]) -> Option<f64> {
+        /// A gain in ln p that rounding and the ends of climbs do not explain.
+        const NOTICED: f64 = 0.5;
+        let model = fit.likelihood.model();
+        // The nearest tidal model knows the shears of the image better than the axis ray.
+        let shears = expected.iter().find(|(name, _)| *name == "best_tidal").or(expected.first());
+        let known: Vec<(String, f64)> = self
+            .lens_and_source()
+            .into_iter()
+            .chain(shears.iter().flat_map(|(_, set)| set.clone()))
+            .collect();
+        let medians = model.at_latent(&vec![0.0; model.free.len()]).0;
+        let value = |(free, median): (&FreeParameter, f64)| {
+            known.iter().find(|(name, _)| *name == free.name).map_or(median, |(_, value)| *value)
+        };
+        let truth: Vec<f64> = model.free.iter().zip(medians).map(value).collect();
+        let latent = model.to_latent(&truth).iter().map(|z| z.clamp(-5.0, 5.0)).collect();
+        let top = climb_from(&fit.likelihood, latent).ok()?;
+        let gain = top.log_posterior - fit.maximum.log_posterior;
+        (gain > NOTICED).then_some(gain)
+    }
+
+    fn observation(&self) -> Observation {
+        let (instrument, exposure) = (&self.config.instrument, &self.view.exposure);
+        Observation {
+            grid: exposure.grid,
+            data_e_s: exposure.noisy_e_s.clone(),
+            used: vec![true; exposure.noisy_e_s.len()],
+            background_rms_e_s: instrument.background_rms_e_s(),
+            exposure_s: instrument.exposure_s,
+            psf: self.psf.clone(),
+        }
+    }
+
+    /// What every definition has for the shears of the fit; for a fit through the haloes themselves the true lens and
+    /// source, their centres where the ray that is seen on the axis meets their planes.
+    fn expected(&self, description: &ModelDescription) -> Vec<(&'static str, Vec<(String, f64)>)> {
+        if description.line_of_sight.model == LineOfSightKind::Haloes {
+            return vec![("truth", self.lens_and_source())];
+        }
+        let by_definition = DEFINITIONS.iter().zip(self.view.los_shears.all(&self.view.effective));
+        let numbers = |od: Tidal, los: Tidal| {
+            [
+                ("gamma1_od", od.gamma.re),
+                ("gamma2_od", od.gamma.im),
+                ("gamma1_los", los.gamma.re),
+                ("gamma2_los", los.gamma.im),
+                ("omega_los", los.omega),
+            ]
+            .map(|(name, value)| (name.to_string(), value))
+            .to_vec()
+        };
+        by_definition
+            .filter_map(|(name, tensors)| tensors.map(|(od, los)| (*name, numbers(od, los))))
+            .collect()
+    }
+
+    /// The true lens and source, their centres where the ray that is seen on the axis meets their planes.
+    fn lens_and_source(&self) -> Vec<(String, f64)> {
+        let (lens, source) = (&self.config.lens, &self.config.source);
+        let ([lens_e1, lens_e2], [e1, e2]) = (self.shapes.lens_ellipticity, self.shapes.source_ellipticity);
+        [
             ("lens.theta_E", lens.einstein_radius_arcsec),
             ("lens.gamma", lens.slope),
             ("lens.e1", lens_e1),
@@ -134,16 +200,17 @@ fn expected(run: &Simulation, view: &View, description: &ModelDescription) -> Ve
             ("source.center_y", 0.0),
         ]
         .map(|(name, value)| (name.to_string(), value))
-        .to_vec();
+        .to_vec()
     }
-    let (od, los) = (&view.effective.od.tidal, &view.effective.los);
-    [
-        ("gamma1_od", od.gamma.re),
-        ("gamma2_od", od.gamma.im),
-        ("gamma1_los", los.gamma.re),
-        ("gamma2_los", los.gamma.im),
-        ("omega_los", los.omega),
-    ]
-    .map(|(name, value)| (name.to_string(), value))
-    .to_vec()
+}
+
+/// Light of the lens galaxy under its usual priors, on the axis, where a run puts it.
+fn lens_light() -> LightDescription {
+    let free = Sersic::PARAMETERS.iter().filter(|parameter| parameter.role != Role::Centre);
+    let prior = |parameter: &Parameter| Prior { shape: parameter.usual_prior, low: None, high: None };
+    LightDescription {
+        profile: "SERSIC_ELLIPSE".into(),
+        amplitude: None,
+        parameters: free.map(|own| (own.name.to_string(), ParameterRule::Free(prior(own)))).collect(),
+    }
 }

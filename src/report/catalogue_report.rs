@@ -199,7 +199,7 @@ pub fn contour_figure(fits: &[&(ShearRecovery, TrueShear)]) -> Figure {
     let parameters: Vec<CornerParameter> = labels
         .iter()
         .enumerate()
-        .map(|(a, label)| CornerParameter { label, unit: "", truth: truth.map(|truth| truth[a]) })
+        .map(|(a, label)| CornerParameter { label, unit: "", values: vec![truth.map(|truth| truth[a])] })
         .collect();
     let draws: Vec<[Vec<f64>; 2]> =
         fits.iter().map(|(fit, _)| [0, 1].map(|a| fit.draws.iter().map(|draw| draw[a]).collect())).collect();
@@ -211,5 +211,5 @@ pub fn contour_figure(fits: &[&(ShearRecovery, TrueShear)]) -> Figure {
             draws: draws.iter().map(Vec::as_slice).collect(),
         })
         .collect();
-    corner(&parameters, &posteriors)
+    corner(&parameters, &posteriors, &["truth"])
 }

@@ -138,6 +138,9 @@ fn with_verdict(mut figure: Figure, summary: &FitSummary) -> Figure {
     figure
 }
 
+/// Values by parameter name, and what they are called in figures; of several sets the first is the truth.
+pub type NamedTruths<'a> = (&'a str, Vec<(String, f64)>);
+
 /// Stages every file of a fit under `prefix` (empty, or a folder ending in `/`).
 ///
 /// # Errors
@@ -145,7 +148,7 @@ fn with_verdict(mut figure: Figure, summary: &FitSummary) -> Figure {
 pub fn write_fit(
     fit: &Fit,
     summary: &FitSummary,
-    truths: &[(String, f64)],
+    truths: &[NamedTruths],
     staging: &Staging,
     prefix: &str,
     provenance: &Provenance,
@@ -180,17 +183,18 @@ pub fn write_fit(
     draw("corner", &|| Some(corner_figure(&[("", fit)], &names, truths)))?;
     let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
     draw("corner_shear", &|| (shears.len() > 1).then(|| corner_figure(&[("", fit)], &shears, truths)))?;
-    draw("trace", &|| Some(trace_figure(fit, truths)))
+    draw("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1))))
 }
 
 /// Corner plot of the named quantities of one or more fits, each with its name in the legend.
-pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[(String, f64)]) -> Figure {
+pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[NamedTruths]) -> Figure {
     let told = |name: &str| fits.iter().flat_map(|(_, fit)| &fit.parameters).find(|p| p.name == name);
     let parameters: Vec<CornerParameter> = names
         .iter()
         .map(|name| {
             let (label, unit) = told(name).map_or((*name, ""), |p| (&p.label, p.unit));
-            CornerParameter { label, unit, truth: truth_of(truths, name) }
+            let values = truths.iter().map(|(_, set)| truth_of(set, name)).collect();
+            CornerParameter { label, unit, values }
         })
         .collect();
     let draws: Vec<Vec<Vec<f64>>> = fits
@@ -205,7 +209,8 @@ pub fn corner_figure(fits: &[(&str, &Fit)], names: &[&str], truths: &[(String, f
             draws: draws.iter().map(Vec::as_slice).collect(),
         })
         .collect();
-    corner(&parameters, &posteriors)
+    let value_names: Vec<&str> = truths.iter().map(|(name, _)| *name).collect();
+    corner(&parameters, &posteriors, &value_names)
 }
 
 /// Draws of every chain, parameter by parameter.

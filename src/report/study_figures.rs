@@ -2,9 +2,9 @@
 
 use crate::config::Config;
 use crate::error::{Error, Result};
-use crate::pipeline::{CutRow, ImageResidual, TidalResidual, rms};
+use crate::pipeline::{CutRow, DEFINITIONS, ImageResidual, TidalResidual, WhichShear, rms};
 use crate::plot::Figure;
-use crate::plot::figures::{GridData, ModelResiduals, cut, tidal_residuals};
+use crate::plot::figures::{GridData, ModelResiduals, cut, deviations, tidal_residuals};
 
 /// What the tidal and flexion models leave: the maps of the first sightline and the rms of all.
 ///
@@ -54,4 +54,12 @@ pub fn cut_figure(rows: &[CutRow]) -> Figure {
         tensors.each_ref().map(Vec::as_slice),
         image.each_ref().map(Vec::as_slice),
     )
+}
+
+/// How far the shears of fits lie from each definition.
+pub fn which_shear_figure(rows: &[WhichShear]) -> Figure {
+    let sigma = |i: usize| rows.iter().map(|row| row.deviation(i)).collect();
+    let sets: Vec<(String, Vec<f64>)> =
+        DEFINITIONS.iter().enumerate().map(|(i, name)| (name.replace('_', " "), sigma(i))).collect();
+    deviations(&sets)
 }

@@ -63,7 +63,14 @@ fn write(
         let description = ModelDescription::built_in(name)?;
         let provenance = Provenance::new(Some(args.seed), crate::fit::toml_of(&description));
         let summary = FitSummary::of(fit, name, seconds);
-        write_fit(fit, &summary, &study.image.truths, staging, &format!("{name}/"), &provenance)?;
+        write_fit(
+            fit,
+            &summary,
+            &[("truth", study.image.truths.clone())],
+            staging,
+            &format!("{name}/"),
+            &provenance,
+        )?;
         summaries.push(summary);
     }
     let save = |name: &str, figure: Figure| stage_figure(staging, name, || Ok(Some(figure)));
@@ -72,7 +79,7 @@ fn write(
     let (od_and_shape, los) =
         (["gamma1_od", "gamma2_od", "lens.e1", "lens.e2"], ["gamma1_los", "gamma2_los"]);
     let panel = |fits: &[(&str, &haloray::inference::Fit)], names: &[&str]| {
-        corner_figure(fits, names, &study.image.truths)
+        corner_figure(fits, names, &[("truth", study.image.truths.clone())])
     };
     save("full_os_ds", panel(&[full], &["gamma1_os", "gamma2_os", "gamma1_ds", "gamma2_ds"]))?;
     save("full_od_ellipticity", panel(&[full], &od_and_shape))?;

@@ -105,7 +105,7 @@ pub enum LikelihoodArg {
 pub enum SamplingArg {
     /// The centre stands for the pixel.
     Point,
-    /// Integrated to 1% of the noise.
+    /// Integrated to 1% of the noise, in the worst pixels to 4%.
     Adaptive,
 }
 
@@ -235,7 +235,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     })?;
     drop(task);
     let summary = FitSummary::of(&fit, &description.name, saved.seconds());
-    write_fit(&fit, &summary, &truths, &staging, "", &provenance)?;
+    write_fit(&fit, &summary, &[("truth", truths.clone())], &staging, "", &provenance)?;
     let files = commit(staging)?;
     saved.file.remove();
     if !bars.is_quiet() {

@@ -8,6 +8,7 @@ mod completions;
 mod cut;
 mod distances;
 mod fit;
+mod halo_choices;
 mod image;
 mod images;
 mod interrupt;
@@ -27,6 +28,7 @@ mod summary;
 mod terminal;
 mod through_haloes;
 mod trace;
+mod which_shear;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -41,7 +41,7 @@ fn seed(text: &str) -> std::result::Result<u64, String> {
 pub enum Preset {
     /// Section 4 of Hogg et al. 2023 as its authors ran it.
     Paper,
-    /// One cosmology, evolving relations, comoving radius, integrated pixels.
+    /// One cosmology, evolving relations, comoving radius, haloes that end, a straight axis ray, integrated pixels.
     Consistent,
 }
 

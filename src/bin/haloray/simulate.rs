@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use haloray::Result;
 use haloray::inference::model::ModelDescription;
 use haloray::io::{Provenance, Staging};
-use haloray::pipeline::{Inputs, ViewFit, fit_views, simulate};
+use haloray::pipeline::{DEFINITIONS, Inputs, ViewFit, fit_views, simulate};
 use haloray::report::{FitSummary, stage_text, write_fit, write_run};
 
 use crate::bars::Bars;
@@ -73,7 +73,15 @@ pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
         summary::print(&run, &args.settings.name(), &bars.seconds(), &files);
         for (fit, summary) in fits.iter().zip(&summaries) {
             crate::terminal::print(&format!("{} fitted with {}; true: on the axis\n", fit.image, fit.model));
-            crate::terminal::print(&table(summary, &fit.expected));
+            crate::terminal::print(&table(summary, fit.on_axis()));
+        }
+    }
+    for fit in &fits {
+        if let Some(gain) = fit.missed_by {
+            crate::terminal::warn(format_args!(
+                "{} fitted with {}: a climb from the truth ends {gain:.1} higher in ln p; the fit missed that maximum",
+                fit.image, fit.model
+            ));
         }
     }
     let converged = summaries.iter().all(|summary| summary.converged);
@@ -84,18 +92,28 @@ pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
 fn write_fits(fits: &[ViewFit], staging: &Staging, seed: u64) -> Result<Vec<FitSummary>> {
     let mut summaries = Vec::new();
     let mut rows =
-        String::from("image,model,parameter,expected_on_axis,median,hpd68_low,hpd68_high,converged\n");
+        String::from("image,model,parameter,expected_on_axis,median,hpd68_low,hpd68_high,converged");
+    rows += &DEFINITIONS[1..].iter().map(|name| format!(",expected_{name}")).collect::<String>();
+    rows += ",truth_climbs_higher_by\n";
     for fit in fits {
         let provenance = Provenance::new(Some(seed), toml_of(&fit.description));
         let summary = FitSummary::of(&fit.fit, &fit.model, fit.seconds);
         let prefix = format!("fit_{}_{}/", fit.image, fit.model);
         write_fit(&fit.fit, &summary, &fit.expected, staging, &prefix, &provenance)?;
-        for (name, expected) in &fit.expected {
+        let missed_by = fit.missed_by.unwrap_or(0.0);
+        for (name, expected) in fit.on_axis() {
             if let Some(p) = summary.parameters.iter().find(|p| p.name == *name) {
                 rows += &format!(
-                    "{},{},{name},{expected},{},{},{},{}\n",
+                    "{},{},{name},{expected},{},{},{},{}",
                     fit.image, fit.model, p.median, p.hpd68_low, p.hpd68_high, summary.converged
                 );
+                // Empty where a definition has nothing to say.
+                for definition in &DEFINITIONS[1..] {
+                    let set = fit.expected.iter().find(|(own, _)| own == definition);
+                    let value = set.and_then(|(_, set)| set.iter().find(|(own, _)| own == name));
+                    rows += &value.map_or(",".into(), |(_, value)| format!(",{value}"));
+                }
+                rows += &format!(",{missed_by}\n");
             }
         }
         summaries.push(summary);

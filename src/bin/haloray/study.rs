@@ -26,6 +26,8 @@ pub struct Args {
 enum Study {
     Tidal(TidalArgs),
     Cut(crate::cut::CutArgs),
+    Haloes(crate::halo_choices::HaloChoicesArgs),
+    WhichShear(crate::which_shear::WhichShearArgs),
     Advantage(AdvantageArgs),
     Calibration(crate::calibration::CalibrationArgs),
     Catalogue(crate::catalogue::CatalogueArgs),
@@ -59,6 +61,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     match &args.study {
         Study::Tidal(args) => run_tidal(args, bars).map(|()| Outcome::Converged),
         Study::Cut(args) => crate::cut::run(args, bars).map(|()| Outcome::Converged),
+        Study::Haloes(args) => crate::halo_choices::run(args, bars).map(|()| Outcome::Converged),
+        Study::WhichShear(args) => crate::which_shear::run(args, bars).map(|()| Outcome::Converged),
         Study::Advantage(args) => advantage::run(args, bars),
         Study::Catalogue(args) => crate::catalogue::run(args, bars).map(|()| Outcome::Converged),
         Study::Calibration(args) => crate::calibration::run(args, bars).map(|()| Outcome::Converged),

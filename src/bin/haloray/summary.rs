@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use haloray::imaging::PixelSampling;
 use haloray::mapping::multiplane::{AccuracyReport, Reference};
 use haloray::pipeline::{MatterBudget, Quantities, Simulation, Summary};
 
@@ -57,6 +58,13 @@ fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) ->
     }
     writeln!(text, "axis ray     {}", axis_ray(run))?;
     writeln!(text, "matter       {}", matter(&run.matter))?;
+    if run.config.image.pixel_sampling == PixelSampling::Point {
+        writeln!(
+            text,
+            "pixels       one point each, which misplaces flux of steep sources by more than the noise;\n             \
+             image.pixel_sampling = \"adaptive\" integrates them"
+        )?;
+    }
     writeln!(text, "tracing      {}", accuracy(&run.accuracy))
 }
 

@@ -20,8 +20,8 @@ use crate::profile::mass::MassModel;
 pub struct LineOfSight {
     background: Background,
     z_source: f64,
-    chi_source_cmpc: f64,
-    planes: Arc<Vec<Plane>>,
+    pub(super) chi_source_cmpc: f64,
+    pub(super) planes: Arc<Vec<Plane>>,
     reference: Reference,
     /// The axis ray through these planes; for a straight reference the path by which haloes were moved.
     axis: Arc<Axis>,
@@ -91,7 +91,7 @@ impl LineOfSight {
     }
 
     /// The state of a ray that counts as position and slope 0 at comoving distance `chi_cmpc`.
-    fn origin(&self, chi_cmpc: f64) -> State {
+    pub(super) fn origin(&self, chi_cmpc: f64) -> State {
         match self.reference {
             Reference::Bent => State { chi_cmpc, ..State::default() },
             Reference::Straight => self.axis.at(chi_cmpc),

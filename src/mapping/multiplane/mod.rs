@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod axis;
+mod beams;
 mod centres;
 mod delay;
 mod general;
@@ -14,6 +15,7 @@ mod span;
 
 pub use adaptive::{Accuracy, AccuracyReport, AdaptiveSegment, Exact, Field};
 pub use axis::Reference;
+pub use beams::Beam;
 pub use general::GeneralMultiPlane;
 pub use line_of_sight::{LineOfSight, MainLens, RaysAtPlane};
 pub use plane::Sheets;

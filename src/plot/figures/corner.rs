@@ -20,14 +20,14 @@ const MOST_WITH_UNITS: usize = 8;
 const LEAST_PLAIN: f64 = 1e-3;
 
 /// A parameter of a corner plot.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CornerParameter<'a> {
     /// Label in markup.
     pub label: &'a str,
     /// Unit; empty for pure numbers.
     pub unit: &'a str,
-    /// The true value, where it is known.
-    pub truth: Option<f64>,
+    /// Values that it should or might have, one a name of the legend; the first is the truth.
+    pub values: Vec<Option<f64>>,
 }
 
 /// A posterior of a corner plot.
@@ -40,11 +40,11 @@ pub struct CornerPosterior<'a> {
 }
 
 /// Draws the corner plot of parameters, from the left, and posteriors laid over one another, each in a colour of its own;
-/// above each curve of the diagonal the median and the 68% highest-density interval.
-pub fn corner(parameters: &[CornerParameter], posteriors: &[CornerPosterior]) -> Figure {
+/// above each curve of the diagonal the median and the 68% highest-density interval. `values` names those of the parameters.
+pub fn corner(parameters: &[CornerParameter], posteriors: &[CornerPosterior], values: &[&str]) -> Figure {
     let count = parameters.len();
     let axis = |i: usize, is_outer: bool| {
-        let CornerParameter { label, unit, .. } = parameters[i];
+        let CornerParameter { label, unit, .. } = &parameters[i];
         let has_room = !unit.is_empty() && count <= MOST_WITH_UNITS;
         let label = if has_room { format!("{label} [{unit}]") } else { label.to_string() };
         Axis { limits: limits(&parameters[i], posteriors, i), ..Axis::linear(&label) }.outer(is_outer)
@@ -54,9 +54,9 @@ pub fn corner(parameters: &[CornerParameter], posteriors: &[CornerPosterior]) ->
         let x = axis(column, row + 1 == count);
         let mut panel = match column.cmp(&row) {
             Ordering::Less => {
-                let (at_x, at_y) = (parameters[column].truth, parameters[row].truth);
-                let truths = truth_line(at_x, Rule::X).into_iter().chain(truth_line(at_y, Rule::Y));
-                Panel::new(x, axis(row, column == 0), pair(posteriors, column, row).into_iter().chain(truths))
+                let lines = [value_lines(&parameters[column], Rule::X), value_lines(&parameters[row], Rule::Y)];
+                let marks = pair(posteriors, column, row).into_iter().chain(lines.concat());
+                Panel::new(x, axis(row, column == 0), marks)
             }
             Ordering::Equal => {
                 // Wide captions grow into the empty upper triangle, or to the left where that ends.
@@ -66,7 +66,7 @@ pub fn corner(parameters: &[CornerParameter], posteriors: &[CornerPosterior]) ->
             Ordering::Greater => Panel { x, ..Panel::blank() },
         };
         if row == 0 && column + 1 == count {
-            panel.marks.extend(legend(parameters, posteriors));
+            panel.marks.extend(legend(parameters, posteriors, values));
         }
         panels.push(panel);
     }
@@ -79,7 +79,7 @@ fn draws<'a>(posterior: &'a CornerPosterior, parameter: usize) -> &'a [f64] {
     posterior.draws.get(parameter).copied().unwrap_or_default()
 }
 
-/// What all posteriors and the truth of a parameter need.
+/// What all posteriors and values of a parameter need.
 fn limits(parameter: &CornerParameter, posteriors: &[CornerPosterior], i: usize) -> Option<(f64, f64)> {
     let range = |posterior: &CornerPosterior| {
         let draws = draws(posterior, i);
@@ -87,8 +87,8 @@ fn limits(parameter: &CornerParameter, posteriors: &[CornerPosterior], i: usize)
     };
     let ranges = posteriors.iter().filter_map(range);
     let (low, high) = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-    let truth = parameter.truth.filter(|truth| truth.is_finite());
-    let (low, high) = truth.map_or((low, high), |truth| (low.min(truth), high.max(truth)));
+    let values = parameter.values.iter().flatten().filter(|value| value.is_finite());
+    let (low, high) = values.fold((low, high), |(low, high), value| (low.min(*value), high.max(*value)));
     let room = ROOM * (high - low);
     Some((low - room, high + room))
 }
@@ -96,11 +96,12 @@ fn limits(parameter: &CornerParameter, posteriors: &[CornerPosterior], i: usize)
 /// A panel of the diagonal.
 fn curves(
     x: Axis,
-    CornerParameter { label, unit, truth }: &CornerParameter,
+    parameter: &CornerParameter,
     posteriors: &[CornerPosterior],
     i: usize,
     anchor: Anchor,
 ) -> Panel {
+    let CornerParameter { label, unit, .. } = parameter;
     let mut panel = Panel::new(x, Axis::linear("").between(0.0, 1.12).outer(false), []);
     for (number, posterior) in posteriors.iter().enumerate() {
         let (draws, colour) = (draws(posterior, i), Colour::of_curve(number));
@@ -117,7 +118,7 @@ fn curves(
             anchor,
         }));
     }
-    panel.marks.extend(truth_line(*truth, Rule::X));
+    panel.marks.extend(value_lines(parameter, Rule::X));
     panel
 }
 
@@ -136,22 +137,27 @@ fn pair(posteriors: &[CornerPosterior], x: usize, y: usize) -> Vec<Mark> {
     marks
 }
 
-/// The line of the truth.
-fn truth_line(truth: Option<f64>, at: fn(f64) -> Rule) -> Option<Mark> {
-    truth.map(|truth| Mark::rule(at(truth), TRUTH))
+/// The lines of the truth and of other values.
+fn value_lines(parameter: &CornerParameter, at: fn(f64) -> Rule) -> Vec<Mark> {
+    let line = |(k, value): (usize, &Option<f64>)| value.map(|value| Mark::rule(at(value), value_stroke(k)));
+    parameter.values.iter().enumerate().filter_map(line).collect()
 }
 
-const TRUTH: Stroke = Stroke::dashed(Colour::BLACK, 0.6);
+/// Black for the truth; other values have colours that the first posterior has not.
+fn value_stroke(number: usize) -> Stroke {
+    Stroke::dashed(if number == 0 { Colour::BLACK } else { Colour::of_curve(number) }, 0.6)
+}
 
 /// Samples for the legend, without anything drawn; one posterior alone needs none.
-fn legend(parameters: &[CornerParameter], posteriors: &[CornerPosterior]) -> Vec<Mark> {
+fn legend(parameters: &[CornerParameter], posteriors: &[CornerPosterior], values: &[&str]) -> Vec<Mark> {
     let sample = |(number, posterior): (usize, &CornerPosterior)| {
         let stroke = Stroke::solid(Colour::of_curve(number), 0.7);
         Mark::from(Shape::Region { rings: Vec::new(), stroke, opacity: OPACITIES[0] }).named(posterior.legend)
     };
     let several = posteriors.iter().enumerate().filter(|_| posteriors.len() > 1).map(sample);
-    let is_known = parameters.iter().any(|parameter| parameter.truth.is_some());
-    several.chain(is_known.then(|| Mark::line([], TRUTH).named("truth"))).collect()
+    let is_known = |k: usize| parameters.iter().any(|parameter| matches!(parameter.values.get(k), Some(Some(_))));
+    let known = values.iter().enumerate().filter(|(k, _)| is_known(*k));
+    several.chain(known.map(|(k, name)| Mark::line([], value_stroke(k)).named(*name))).collect()
 }
 
 /// Median and distances to the ends of the interval, in markup: `0.0213^{+0.0015}_{−0.0018}`.
@@ -202,10 +208,10 @@ mod tests {
         let wave = |k: f64| -> Vec<f64> { (0..2000).map(|i| (k * f64::from(i)).sin()).collect() };
         let draws = [wave(0.1), wave(0.37), wave(0.91)];
         let parameters =
-            ["a", "b", "c"].map(|label| CornerParameter { label, unit: "arcsec", truth: Some(0.1) });
+            ["a", "b", "c"].map(|label| CornerParameter { label, unit: "arcsec", values: vec![Some(0.1), None, Some(0.2)] });
         let all = CornerPosterior { legend: "full", draws: draws.iter().map(Vec::as_slice).collect() };
         let few = CornerPosterior { legend: "minimal", draws: vec![&draws[0], &[], &draws[1]] };
-        let figure = corner(&parameters, &[all, few]);
+        let figure = corner(&parameters, &[all, few], &["truth", "nowhere", "ring"]);
         assert_eq!((figure.panels.len(), figure.columns), (9, 3));
         let regions = |panel: usize| {
             let marks = figure.panels[panel].marks.iter();
@@ -217,6 +223,6 @@ mod tests {
         assert!(figure.panels[1].is_blank && figure.panels[7].y.label.is_empty());
         assert_eq!(figure.panels[6].x.label, "a [arcsec]");
         let svg = figure.to_svg();
-        assert!(svg.contains("minimal") && svg.contains("truth") && !svg.contains("no data"));
+        assert!(svg.contains("minimal") && svg.contains("truth") && svg.contains("ring") && !svg.contains("nowhere"));
     }
 }

@@ -14,6 +14,7 @@ mod mosaic;
 mod recovery;
 mod tidal_residuals;
 mod trace_plot;
+mod which_shear;
 
 pub use calibration::{RankHistogram, calibration};
 pub(crate) use corner::{CornerParameter, CornerPosterior, corner};
@@ -99,3 +100,4 @@ mod tests {
         assert!(none.iter().filter(|figure| figure.to_svg().contains("no data")).count() > 12);
     }
 }
+pub use which_shear::deviations;
