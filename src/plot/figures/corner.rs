@@ -54,7 +54,8 @@ pub fn corner(parameters: &[CornerParameter], posteriors: &[CornerPosterior], va
         let x = axis(column, row + 1 == count);
         let mut panel = match column.cmp(&row) {
             Ordering::Less => {
-                let lines = [value_lines(&parameters[column], Rule::X), value_lines(&parameters[row], Rule::Y)];
+                let lines =
+                    [value_lines(&parameters[column], Rule::X), value_lines(&parameters[row], Rule::Y)];
                 let marks = pair(posteriors, column, row).into_iter().chain(lines.concat());
                 Panel::new(x, axis(row, column == 0), marks)
             }
@@ -155,7 +156,8 @@ fn legend(parameters: &[CornerParameter], posteriors: &[CornerPosterior], values
         Mark::from(Shape::Region { rings: Vec::new(), stroke, opacity: OPACITIES[0] }).named(posterior.legend)
     };
     let several = posteriors.iter().enumerate().filter(|_| posteriors.len() > 1).map(sample);
-    let is_known = |k: usize| parameters.iter().any(|parameter| matches!(parameter.values.get(k), Some(Some(_))));
+    let is_known =
+        |k: usize| parameters.iter().any(|parameter| matches!(parameter.values.get(k), Some(Some(_))));
     let known = values.iter().enumerate().filter(|(k, _)| is_known(*k));
     several.chain(known.map(|(k, name)| Mark::line([], value_stroke(k)).named(*name))).collect()
 }
@@ -207,8 +209,11 @@ mod tests {
     fn every_pair_has_a_panel_with_its_contours() {
         let wave = |k: f64| -> Vec<f64> { (0..2000).map(|i| (k * f64::from(i)).sin()).collect() };
         let draws = [wave(0.1), wave(0.37), wave(0.91)];
-        let parameters =
-            ["a", "b", "c"].map(|label| CornerParameter { label, unit: "arcsec", values: vec![Some(0.1), None, Some(0.2)] });
+        let parameters = ["a", "b", "c"].map(|label| CornerParameter {
+            label,
+            unit: "arcsec",
+            values: vec![Some(0.1), None, Some(0.2)],
+        });
         let all = CornerPosterior { legend: "full", draws: draws.iter().map(Vec::as_slice).collect() };
         let few = CornerPosterior { legend: "minimal", draws: vec![&draws[0], &[], &draws[1]] };
         let figure = corner(&parameters, &[all, few], &["truth", "nowhere", "ring"]);
@@ -223,6 +228,11 @@ mod tests {
         assert!(figure.panels[1].is_blank && figure.panels[7].y.label.is_empty());
         assert_eq!(figure.panels[6].x.label, "a [arcsec]");
         let svg = figure.to_svg();
-        assert!(svg.contains("minimal") && svg.contains("truth") && svg.contains("ring") && !svg.contains("nowhere"));
+        assert!(
+            svg.contains("minimal")
+                && svg.contains("truth")
+                && svg.contains("ring")
+                && !svg.contains("nowhere")
+        );
     }
 }

@@ -30,6 +30,7 @@ pub use mosaic::{MosaicImage, mosaic};
 pub(crate) use recovery::{RecoveredPoint, RecoveryData, recovery, recovery_histograms, recovery_quality};
 pub(crate) use tidal_residuals::{ModelResiduals, tidal_residuals};
 pub(crate) use trace_plot::{TraceParameter, trace_plot};
+pub(crate) use which_shear::deviations;
 
 #[cfg(test)]
 mod tests {
@@ -43,7 +44,7 @@ mod tests {
         let values = grid.values;
         let rank = RankHistogram { label: "γ".into(), counts: values.into(), p_value: NAN, coverage: NAN };
         let drawn = DrawnHaloes { edges_msun: values, counts: values, volume_cmpc3: values };
-        let parameter = CornerParameter { label: "a", unit: "", truth: Some(NAN) };
+        let parameter = CornerParameter { label: "a", unit: "", values: vec![Some(NAN), None] };
         let posterior = CornerPosterior { legend: "", draws: vec![values, &[NAN], &[1.0, 1.0]] };
         let residuals = || ModelResiduals {
             rays: grid,
@@ -65,12 +66,13 @@ mod tests {
         let trace = TraceParameter { label: "", chains: vec![values; 2], truth: None };
         vec![
             calibration(&[rank]),
-            corner(&[parameter; 3], &[posterior.clone(), posterior]),
-            corner(&[], &[]),
+            corner(&[parameter.clone(), parameter], &[posterior.clone(), posterior], &["truth", "ring"]),
+            deviations(&[("axis".into(), values.into())]),
+            corner(&[], &[], &[]),
             curves(&[], None, 2.0),
             cut(values, [values; 4], [values; 2]),
             cylinder(&cylinder_data),
-            histograms([values; 3], 0.1),
+            histograms([values; 3], values, 0.1),
             images([grid; 3], [grid; 3], NAN, 0.1),
             image_pair(grid, grid, NAN),
             reconstruction([grid; 3], NAN, NAN),
@@ -100,4 +102,3 @@ mod tests {
         assert!(none.iter().filter(|figure| figure.to_svg().contains("no data")).count() > 12);
     }
 }
-pub use which_shear::deviations;

@@ -1,6 +1,6 @@
 //! How far fits lie from several definitions of the shear that they measure.
 
-use crate::plot::{Axis, Colour, Corner, Figure, Mark, Panel, Point, Stroke};
+use crate::plot::{Axis, Colour, Corner, Figure, Mark, Panel, Stroke};
 
 /// The fraction of fits within so many σ of each definition, given by its name and the deviations of all fits.
 pub fn deviations(definitions: &[(String, Vec<f64>)]) -> Figure {
@@ -9,7 +9,7 @@ pub fn deviations(definitions: &[(String, Vec<f64>)]) -> Figure {
         sigma.sort_by(f64::total_cmp);
         let n = sigma.len() as f64;
         let step = |(i, v): (usize, &f64)| [[*v, i as f64 / n], [*v, (i + 1) as f64 / n]];
-        let steps: Vec<Point> = sigma.iter().enumerate().flat_map(step).collect();
+        let steps: Vec<[f64; 2]> = sigma.iter().enumerate().flat_map(step).collect();
         Mark::line(steps, Stroke::solid(Colour::of_curve(number), 1.0)).named(name.as_str())
     };
     let x = Axis::log("deviation from the definition [σ]");
