@@ -124,12 +124,12 @@ impl HaloConfig {
                 "missing",
                 "given when haloes.profile = \"truncated-nfw\", and positive (or truncation_over_r_200c, or total_mass_over_m200c)",
             )),
-            (HaloProfile::TruncatedNfw, [one]) => {
-                let in_section =
-                    |error: Error| error.named(one.named().0, &format!("haloes.{}", one.named().0));
-                one.validate().map_err(in_section)?;
-                Ok(Some(*one))
-            }
+            (HaloProfile::TruncatedNfw, [one]) => match one.validate() {
+                Err(Error::OutOfRange { what, value, allowed }) => {
+                    Err(Error::OutOfRange { what: format!("haloes.{what}"), value, allowed })
+                }
+                checked => checked.map(|()| Some(*one)),
+            },
             (HaloProfile::TruncatedNfw, [_, other, ..]) => {
                 refused(other, "left out beside another truncation")
             }
