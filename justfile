@@ -57,8 +57,9 @@ study:
 
 # what the shear cut leaves out of one sightline; writes docs/CUT_STUDY.md
 cut:
-    cargo run --release -- study cut -o cut
-    python3 data/oracle/page.py docs/CUT_STUDY.md "haloray study cut -o cut" cut/result.md
+    printf '[line_of_sight]\nreference = "straight"\n' > target/straight.toml
+    cargo run --release -- study cut target/straight.toml -o cut
+    python3 data/oracle/page.py docs/CUT_STUDY.md "haloray study cut target/straight.toml -o cut" cut/result.md
 
 # what truncation and scatter of haloes change; writes docs/HALO_CHOICES.md
 haloes:

@@ -57,12 +57,25 @@ pub fn end(sum: &UniformSpline) -> f64 {
     sum.value(sum.end())
 }
 
+/// Steps in distance of an integral over masses, and where every disc of it takes long.
+const CHI_STEPS: [usize; 2] = [128, 32];
+
 /// Expected sum over the drawn haloes of a quantity given by its integral over the disc in which a halo is kept; see
 /// [`expected_sum`].
 ///
 /// # Errors
 /// When a relation does not cover what is asked of it.
 pub fn expectation(
+    config: &Config,
+    linear: &LinearTheory,
+    population: &Population,
+    over_disc: impl Fn(&MassModel, f64) -> Result<f64> + Sync,
+) -> Result<UniformSpline> {
+    expectation_in(CHI_STEPS[0], config, linear, population, over_disc)
+}
+
+fn expectation_in(
+    chi_steps: usize,
     config: &Config,
     linear: &LinearTheory,
     population: &Population,
@@ -83,6 +96,7 @@ pub fn expectation(
         scatter_dex: settings.concentration_scatter_dex,
         truncation: settings.truncation()?,
         min_point_shear: if is_cut { settings.min_point_shear } else { 0.0 },
+        chi_steps,
     };
     expected_sum(population, &shapes, over_disc)
 }
@@ -107,7 +121,8 @@ pub fn mean_convergence(
         let (kappa, variation) = single_halo(lens, at, theta_e);
         max_kappa.is_none_or(|most| kappa <= most) && threshold.is_none_or(|limit| variation.delta < limit)
     };
-    expectation(config, linear, population, |lens, theta_max| kept_over_disc(lens, theta_max, is_kept))
+    let over_disc = |lens: &MassModel, theta_max: f64| kept_over_disc(lens, theta_max, is_kept);
+    expectation_in(CHI_STEPS[1], config, linear, population, over_disc)
 }
 
 /// ∫d²θ κ over the places within `theta_max` where a halo is kept, along spokes.
@@ -116,10 +131,10 @@ fn kept_over_disc(
     theta_max: f64,
     is_kept: impl Fn(&MassModel, [f64; 2]) -> bool,
 ) -> Result<f64> {
-    const SPOKES: usize = 12;
-    const RINGS: usize = 24;
+    const SPOKES: usize = 8;
+    const RINGS: usize = 16;
     /// Halvings of ln θ between two rings where the selection changes.
-    const HALVINGS: usize = 14;
+    const HALVINGS: usize = 10;
     /// The innermost ring, arcsec.
     const FIRST_ARCSEC: f64 = 0.05;
     let within = |theta: f64| convergence_over_disc(lens, theta);
