@@ -37,19 +37,26 @@ pub struct WeightedRays<'a> {
 const LENS: usize = 6;
 /// Numbers of the source transformation: T and t.
 const SOURCE: usize = 6;
+const NO_TRANSFORMATION: [f64; SOURCE] = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0];
 
 impl BestModel {
-    /// Fits the minimal or flexion-minimal model from a start: shears of od and LOS, and the lens.
+    /// Fits the minimal model from a start, shears of od and LOS and the lens, and from its end the flexion-minimal model.
     ///
     /// # Errors
     /// When the lens to start from cannot be.
-    pub fn fit(
+    pub fn tidal_and_flexion(
         rays: &WeightedRays,
-        kind: LineOfSightKind,
         start: (&Tidal, &Tidal),
         lens: [f64; LENS],
-    ) -> Result<Self> {
-        Problem::new(rays, kind, start, lens).solve()
+    ) -> Result<[Self; 2]> {
+        let minimal = Problem::new(rays, LineOfSightKind::Minimal, start, lens, NO_TRANSFORMATION);
+        let (tidal, p) = minimal.solve()?;
+        let beyond = LineOfSightKind::Minimal.parameters().len();
+        let lens = std::array::from_fn(|i| p[beyond + i]);
+        let source = std::array::from_fn(|i| p[beyond + LENS + i]);
+        let kind = LineOfSightKind::FlexionMinimal;
+        let (flexion, _) = Problem::new(rays, kind, (&tidal.od, &tidal.los), lens, source).solve()?;
+        Ok([tidal, flexion])
     }
 }
 
@@ -69,6 +76,7 @@ impl<'a> Problem<'a> {
         kind: LineOfSightKind,
         (od, los): (&Tidal, &Tidal),
         lens: [f64; LENS],
+        source: [f64; SOURCE],
     ) -> Self {
         let names: Vec<&str> = kind.parameters().iter().map(|parameter| parameter.name).collect();
         let free = (0..names.len()).filter(|&i| !names[i].starts_with("kappa") && names[i] != "omega_od");
@@ -77,11 +85,12 @@ impl<'a> Problem<'a> {
             "gamma2_od" => od.gamma.im,
             "gamma1_los" => los.gamma.re,
             "gamma2_los" => los.gamma.im,
+            "omega_los" => los.omega,
             _ => 0.0,
         };
         let mut start: Vec<f64> = names.iter().map(number).collect();
         start.extend(lens);
-        start.extend([1.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+        start.extend(source);
         Self { rays, lanes: Rays::new(rays.theta_arcsec), kind, free: free.collect(), start }
     }
 
@@ -131,8 +140,8 @@ impl<'a> Problem<'a> {
         Some((residual, by))
     }
 
-    /// Levenberg–Marquardt from the start.
-    fn solve(&self) -> Result<BestModel> {
+    /// Levenberg–Marquardt from the start; the model and all its numbers.
+    fn solve(&self) -> Result<(BestModel, Vec<f64>)> {
         const STEPS: usize = 60;
         const CONVERGED: f64 = 1e-10;
         let mut p = self.start.clone();
@@ -172,11 +181,12 @@ impl<'a> Problem<'a> {
         };
         let shear =
             |place: &str| Complex::new(named(&format!("gamma1_{place}")), named(&format!("gamma2_{place}")));
-        Ok(BestModel {
+        let model = BestModel {
             od: Tidal { gamma: shear("od"), ..Tidal::NONE },
             los: Tidal { kappa: 0.0, gamma: shear("los"), omega: named("omega_los") },
             residual_arcsec: (residual.norm_squared() / self.rays.weights.iter().sum::<f64>()).sqrt(),
-        })
+        };
+        Ok((model, p))
     }
 }
 
@@ -206,8 +216,10 @@ mod tests {
         let weights: Vec<f64> = (0..120).map(|i| 1.0 + f64::from(i % 5)).collect();
         let rays = WeightedRays { theta_arcsec: &theta, beta_arcsec: &beta, weights: &weights };
         let start = [1.5, 2.2, 0.0, 0.0, 0.0, 0.0];
-        let best =
-            BestModel::fit(&rays, LineOfSightKind::Minimal, (&Tidal::NONE, &Tidal::NONE), start).unwrap();
+        let none = (&Tidal::NONE, &Tidal::NONE);
+        let [best, flexion] = BestModel::tidal_and_flexion(&rays, none, start).unwrap();
+        // To first order in the shears: the flexion model has no others.
+        assert!(flexion.residual_arcsec < 2e-3 && (flexion.los.gamma - best.los.gamma).norm() < 0.01);
         let Some(LineOfSightModel::Minimal { los, .. }) = full.minimal() else { panic!() };
         // κ_od scales γ_od, κ_LOS scales γ_LOS: what is left when both are called 0.
         let reduced = [od.gamma / (1.0 - od.kappa), los.gamma / (1.0 - los.kappa)];

@@ -8,7 +8,7 @@ use crate::diagnostics::{BestModel, EffectiveLineOfSight, Tidal, WeightedRays};
 use crate::error::Result;
 use crate::imaging::Exposure;
 use crate::mapping::multiplane::{Beam, LineOfSight, MainLens};
-use crate::mapping::tidal::{LineOfSightKind, los_jacobian};
+use crate::mapping::tidal::los_jacobian;
 use crate::mapping::{Mapping, Order};
 use crate::monitor::Monitor;
 use crate::profile::light::{LightProfile, Sersic};
@@ -102,20 +102,15 @@ impl LosShears {
         let rays = WeightedRays { theta_arcsec: &theta, beta_arcsec: &beta, weights: &weights };
         let [e1, e2] = seen.shapes.lens_ellipticity;
         let lens = [config.lens.einstein_radius_arcsec, config.lens.slope, e1, e2, 0.0, 0.0];
-        let best = |kind: LineOfSightKind| -> Result<Option<BestModel>> {
-            /// Rays that are to determine up to 29 numbers.
-            const FEWEST: usize = 30;
-            if theta.len() < FEWEST || config.lens.einstein_radius_arcsec == 0.0 {
-                return Ok(None);
-            }
-            BestModel::fit(&rays, kind, (&axis.od.tidal, &axis.los), lens).map(Some)
+        /// Rays that are to determine up to 29 numbers.
+        const FEWEST: usize = 30;
+        let [best_tidal, best_flexion] = if theta.len() < FEWEST || config.lens.einstein_radius_arcsec == 0.0
+        {
+            [None; 2]
+        } else {
+            BestModel::tidal_and_flexion(&rays, (&axis.od.tidal, &axis.los), lens)?.map(Some)
         };
-        Ok(Self {
-            ring: BeamAverage::of(&ring),
-            light: BeamAverage::of(&light),
-            best_tidal: best(LineOfSightKind::Minimal)?,
-            best_flexion: best(LineOfSightKind::FlexionMinimal)?,
-        })
+        Ok(Self { ring: BeamAverage::of(&ring), light: BeamAverage::of(&light), best_tidal, best_flexion })
     }
 }
 

@@ -98,6 +98,7 @@ impl View {
         let sampling = config.image.pixel_sampling;
         let noise = StreamName { seed: config.seed, realisation: noise.0, stage: noise.1 };
         let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise, monitor)?;
+        let accuracy = whole.report();
         let effective = EffectiveLineOfSight::of(line_of_sight, z_lens)?;
         let seen =
             Seen { shapes, lens: &lens, lens_light: lens_light.as_ref(), whole: &whole, exposure: &exposure };
@@ -113,7 +114,7 @@ impl View {
             lens_centre_arcsec,
             source_centre_arcsec,
             exposure,
-            accuracy: whole.report(),
+            accuracy,
             curves: config
                 .diagnostics
                 .critical_curves
