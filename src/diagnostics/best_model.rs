@@ -204,7 +204,7 @@ mod tests {
         let lens = [1.4, 2.3, 0.1, -0.05, 0.02, -0.01];
         let epl = Epl::new(lens[0], lens[1], [lens[2], lens[3]], [lens[4], lens[5]]).unwrap();
         let mapping =
-            TidalLens { model: full, lenses: vec![MassModel::Epl(epl)], time_delay_distance_mpc: f64::NAN };
+            TidalLens { model: full, lenses: vec![MassModel::Epl(epl)], time_delay_distance_mpc: None };
         let theta: Vec<[f64; 2]> = (0..120)
             .map(|i| {
                 let (sin, cos) = (0.37 * f64::from(i)).sin_cos();

@@ -41,7 +41,8 @@ pub struct Args {
     /// Table to write: .csv, .h5 or .fits.
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
-    /// Compensating sheet in each halo's plane: −κ_h at θ = 0, −κ_h where the axis ray passes, or none.
+    /// Compensating sheet in each halo's plane: −κ_h on the axis (where its ray passes, if the haloes' file was made so), or
+    /// none.
     #[arg(long, value_enum, default_value_t = SheetArg::OnAxis)]
     sheets: SheetArg,
     /// What positions are measured from: `bent`, a line that the axis ray leaves, or `straight`, the axis ray itself, its
@@ -72,7 +73,6 @@ pub struct Args {
 #[derive(Clone, Copy, ValueEnum)]
 enum SheetArg {
     OnAxis,
-    OnRay,
     None,
 }
 
@@ -89,15 +89,16 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let points = read_points(&args.points)?;
     Table::check_target(&args.output)?;
     check_not_an_input(&args.output, &[Some(&args.haloes), Some(&args.points)])?;
-    let sheets = match args.sheets {
-        SheetArg::OnAxis => Sheets::OnAxis,
-        SheetArg::OnRay => Sheets::OnRay,
-        SheetArg::None => Sheets::None,
-    };
+    let made_for = read_line_of_sight(&args.haloes);
     let reference = match args.reference {
         Some(ReferenceArg::Bent) => Reference::Bent,
         Some(ReferenceArg::Straight) => Reference::Straight,
-        None => read_line_of_sight(&args.haloes).map_or(Reference::Bent, |sight| sight.reference),
+        None => made_for.as_ref().map_or(Reference::Bent, |sight| sight.reference),
+    };
+    let sheets = match args.sheets {
+        SheetArg::OnAxis if made_for.is_some_and(|sight| sight.is_beside_axis()) => Sheets::OnRay,
+        SheetArg::OnAxis => Sheets::OnAxis,
+        SheetArg::None => Sheets::None,
     };
     let sight = LineOfSight::along(reference, &haloes, &sheets)?;
     let ray = match sheets {
