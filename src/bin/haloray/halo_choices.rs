@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use haloray::Result;
-use haloray::io::{Column, RAYS_GROUP, Staging, Table};
+use haloray::io::{Column, RAYS_GROUP, Table};
 use haloray::pipeline::{HaloChoice, halo_choices};
 use haloray::report::{markdown_table, result_text};
 
 use crate::bars::Bars;
-use crate::output::finish_study;
+use crate::output::{begin, finish_study};
 use crate::settings::{Settings, provenance};
 
 /// What truncation and concentration scatter of the haloes change in shear, flexion and Δ.
@@ -29,8 +29,8 @@ pub struct HaloChoicesArgs {
 
 pub fn run(args: &HaloChoicesArgs, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
-    let provenance = provenance(&config)?;
-    let staging = Staging::begin(&args.output)?;
+    let provenance = provenance(&config, 0)?;
+    let staging = begin(&args.output, &["haloes.csv", "result.md"], bars)?;
     let rows = halo_choices(&config, args.number, bars)?;
     let column = |name: &str, unit: Option<&str>, value: &dyn Fn(&HaloChoice) -> f64| {
         Column::f64(name, unit, rows.iter().map(value).collect())

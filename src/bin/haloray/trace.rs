@@ -129,10 +129,10 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         crate::terminal::print(&format!("{rays} through {planes} written to {}\n", args.output.display()));
         print_accuracy(&mapping.report(), bars);
     }
-    let name = match args.sheets {
-        SheetArg::OnAxis => "on-axis",
-        SheetArg::OnRay => "on-ray",
-        SheetArg::None => "none",
+    let name = match sheets {
+        Sheets::OnRay => "on-ray",
+        Sheets::None => "none",
+        _ => "on-axis",
     };
     sheets::tell(name, &effects, bars);
     Ok(())

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use haloray::Result;
 use haloray::inference::model::ModelDescription;
-use haloray::io::{Column, RAYS_GROUP, Staging, Table};
+use haloray::io::{Column, RAYS_GROUP, Table};
 use haloray::pipeline::{DEFINITIONS, WhichShear, median_deviations, which_shear};
 use haloray::report::{markdown_table, result_text, stage_figure, which_shear_figure};
 
 use crate::bars::Bars;
-use crate::output::finish_study;
+use crate::output::{begin, finish_study};
 use crate::settings::{Settings, provenance, psf};
 
 /// Which shear of the line of sight an image measures.
@@ -37,12 +37,13 @@ pub struct WhichShearArgs {
 pub fn run(args: &WhichShearArgs, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
     ModelDescription::built_in(&args.model)?;
-    let (psf, provenance) = (psf(&config)?, provenance(&config)?);
-    let staging = Staging::begin(&args.output)?;
+    let (psf, provenance) = (psf(&config)?, provenance(&config, 0)?);
+    let staging =
+        begin(&args.output, &["which_shear.csv", "which_shear.svg", "which_shear.png", "result.md"], bars)?;
     let rows = which_shear(&config, &psf, &args.model, args.number, bars)?;
     let table = table(&rows)?;
     staging.write("which_shear.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
-    stage_figure(&staging, "which_shear", &which_shear_figure(&rows))?;
+    stage_figure(&staging, "which_shear", || Ok(Some(which_shear_figure(&rows))))?;
     let shows = "how many fits lie within how many σ of each definition";
     finish_study(staging, &result_text(&summary(&rows), &[("which_shear", shows)]), bars)
 }
