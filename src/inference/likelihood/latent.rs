@@ -53,11 +53,13 @@ pub(crate) mod known {
 
     use super::*;
 
+    type SlopeAndMetric = (DVector<f64>, DMatrix<f64>);
+
     /// ln L, and gradient and metric of the posterior where there is a likelihood.
     pub struct Known {
         pub dimension: usize,
         pub log_likelihood: fn(&[f64]) -> f64,
-        pub slope_and_metric: fn(&[f64]) -> (DVector<f64>, DMatrix<f64>),
+        pub slope_and_metric: fn(&[f64]) -> SlopeAndMetric,
     }
 
     impl LatentLikelihood for Known {

@@ -42,26 +42,3 @@ impl Default for SamplerSettings {
         Self::Valley(ValleySettings::default())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn settings_are_named_as_documented_and_refuse_what_they_do_not_know() {
-        let parsed = |text: &str| toml::from_str::<SamplerSettings>(text);
-        let SamplerSettings::Nuts(nuts) = parsed("kind = \"nuts\"\nchains = 6\n").unwrap() else {
-            panic!("not nuts")
-        };
-        assert_eq!((nuts.chains, nuts.block_draws), (6, NutsSettings::default().block_draws));
-        for kind in ["nuts", "valley", "ensemble-slice", "stretch", "nested"] {
-            let settings = parsed(&format!("kind = \"{kind}\"")).unwrap();
-            let text = toml::to_string(&settings).unwrap();
-            assert_eq!(parsed(&text).unwrap(), settings);
-            let error = parsed(&format!("kind = \"{kind}\"\nwalkes = 3")).unwrap_err().to_string();
-            assert!(error.contains("unknown field `walkes`"), "{error}");
-        }
-        assert!(parsed("kind = \"emcee\"").unwrap_err().to_string().contains("ensemble-slice"));
-        assert_eq!(SamplerSettings::default(), parsed("kind = \"valley\"").unwrap());
-    }
-}
