@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::bars::Bars;
 use crate::fit::SamplingArg;
 use crate::output::{begin, commit, print_files};
-use crate::saved::SavedRows;
+use crate::saved::{SavedRows, StateFile};
 
 /// Draw realistic composite lenses and image them: the paper's catalogue of section 3 and appendix B.
 ///
@@ -90,7 +90,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         let truths = truth_table(&systems, names, qualities)?;
         staging.write("truth.csv", |path| truths.write(path, CATALOGUE_GROUP, &provenance))?;
     }
-    print_files(&commit(staging)?, bars);
+    let files = commit(staging)?;
+    StateFile::beside(&args.output, "study", String::new()).remove();
+    print_files(&files, bars);
     Ok(())
 }
 
