@@ -1,4 +1,4 @@
-//! Guesses from which climbs begin: from the image alone, about the fit of a simpler model, or away from a known maximum.
+//! Guesses from which climbs begin: from the image alone, or with what a fit before has found.
 
 use rand_distr::{Distribution, StandardNormal};
 
@@ -21,44 +21,57 @@ pub(super) const ROUNDS_NEAR: u64 = 3;
 /// Scatter of the natural logarithms of the masses that share the Einstein radius of the simpler model.
 const DIVISION: f64 = 1.0;
 
-/// What the fit of a simpler model says beforehand.
+/// What a fit says beforehand.
 #[derive(Debug)]
-pub(super) struct Prepared {
-    /// Values of the free parameters by name, but those of the lens.
-    shared: Vec<(String, f64)>,
+pub(super) struct Known {
+    /// Values of free parameters by name.
+    values: Vec<(String, f64)>,
     einstein_radius_arcsec: f64,
+    /// Whether no other Einstein radius is tried.
+    is_radius_certain: bool,
 }
 
-impl Prepared {
-    /// From the highest maximum of the simpler model; `None` if its lens has no Einstein radius.
-    pub(super) fn new(simpler: &CompiledModel, highest: &Maximum) -> Option<Self> {
-        let values = simpler.at_latent(&highest.latent).0;
-        let einstein_radius_arcsec = einstein_radius(simpler, &values)?;
-        let free = simpler.free.iter().zip(values);
-        let shared =
-            free.filter(|(own, _)| own.part != Part::Lens).map(|(own, value)| (own.name.clone(), value));
-        Some(Self { shared: shared.collect(), einstein_radius_arcsec })
+impl Known {
+    /// From the fit of a simpler model: line of sight, lights, Einstein radius.
+    pub(super) fn from_simpler(simpler: &CompiledModel, highest: &Maximum) -> Option<Self> {
+        Self::new(simpler, highest, &[Part::LineOfSight, Part::Source, Part::LensLight], false)
+    }
+
+    /// From a maximum of the model itself, lens and line of sight to be guessed anew: lights and Einstein radius.
+    pub(super) fn from_maximum(model: &CompiledModel, highest: &Maximum) -> Option<Self> {
+        Self::new(model, highest, &[Part::Source, Part::LensLight], true)
+    }
+
+    /// `None` if the lens has no Einstein radius.
+    fn new(
+        model: &CompiledModel,
+        highest: &Maximum,
+        parts: &[Part],
+        is_radius_certain: bool,
+    ) -> Option<Self> {
+        let values = model.at_latent(&highest.latent).0;
+        let einstein_radius_arcsec = einstein_radius_arcsec(&model.lenses(&values).ok()?, [0.0; 2])?;
+        let known = model.free.iter().zip(values).filter(|(own, _)| parts.contains(&own.part));
+        let values = known.map(|(own, value)| (own.name.clone(), value)).collect();
+        Some(Self { values, einstein_radius_arcsec, is_radius_certain })
     }
 
     fn value_of(&self, name: &str) -> Option<f64> {
-        self.shared.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
+        self.values.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
     }
 }
 
-/// Guess number `number` from the image, or, two times of three, from what has been prepared: line of sight and lights as
-/// they were fitted, the Einstein radius shared by the masses in random parts.
-pub(super) fn guess(
-    likelihood: &ImageLikelihood,
-    prepared: Option<&Prepared>,
-    seed: u64,
-    number: u64,
-) -> Vec<f64> {
+/// Guess number `number` from the image, or, two times of three, from what is known, the Einstein radius shared by the masses
+/// in random parts.
+pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u64, number: u64) -> Vec<f64> {
     let observation = likelihood.observation();
-    let prepared = prepared.filter(|_| number % SHAPES != 0);
     let (pixel, edge) = (observation.grid.pixel_scale_arcsec(), 0.9 * observation.grid.half_width_arcsec());
     let step = (number / SHAPES % RADII) as f64 / (RADII - 1) as f64;
     let tried = 3.0 * pixel * (edge / (3.0 * pixel)).max(1.0).powf(step);
-    let einstein_radius = prepared.map_or(tried, |prepared| prepared.einstein_radius_arcsec);
+    let takes_all = number % SHAPES != 0;
+    let radius = known.filter(|known| takes_all || known.is_radius_certain);
+    let einstein_radius = radius.map_or(tried, |known| known.einstein_radius_arcsec);
+    let known = known.filter(|_| takes_all);
     let mut rng = stream(seed, number, Stage::Start, 0);
     let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
     let spread = if number / (RADII * SHAPES) >= ROUNDS_NEAR { FAR } else { NEAR };
@@ -74,49 +87,20 @@ pub(super) fn guess(
                 Guess::Fixed(value) => Some(value),
             };
             let z = own_guess.map_or_else(|| spread * random(), |v| latent_of(parameter, v));
-            let Some(prepared) = prepared else { return z };
+            let Some(known) = known else { return z };
             let mut divided =
                 || latent_of(parameter, parameter.prior.at_latent(z)[0] * (DIVISION * random()).exp());
             match parameter.parameter.role {
                 Role::Strength if parameter.part == Part::Lens => divided(),
-                _ => prepared.value_of(&parameter.name).map_or(z, |v| latent_of(parameter, v)),
+                _ => known.value_of(&parameter.name).map_or(z, |v| latent_of(parameter, v)),
             }
         })
         .collect();
     with_einstein_radius(likelihood, latent, einstein_radius)
 }
 
-/// The maximum's place with its line of sight and its lens thrown elsewhere, the Einstein radius but kept.
-pub(super) fn thrown(likelihood: &ImageLikelihood, from: &Maximum, seed: u64, number: u64) -> Vec<f64> {
-    /// Latent standard deviations of throws, in turn.
-    const THROWS: [f64; 3] = [0.3, 0.6, 1.2];
-    let throw = THROWS[(number % THROWS.len() as u64) as usize];
-    let model = likelihood.model();
-    let radius = einstein_radius(model, &model.at_latent(&from.latent).0);
-    let mut rng = stream(seed, number, Stage::Start, 1);
-    let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
-    let coordinates = from.latent.iter().zip(is_thrown(likelihood));
-    let latent = coordinates.map(|(z, thrown)| if thrown { z + throw * random() } else { *z }).collect();
-    match radius {
-        Some(radius) => with_einstein_radius(likelihood, latent, radius),
-        None => latent,
-    }
-}
-
-/// The coordinates that [`thrown`] moves: those of line of sight and lens but Einstein radii.
-pub(super) fn is_thrown(likelihood: &ImageLikelihood) -> Vec<bool> {
-    let moves = |own: &FreeParameter| {
-        matches!(own.part, Part::LineOfSight | Part::Lens) && own.parameter.guess != Guess::EinsteinRadius
-    };
-    likelihood.model().free.iter().map(moves).collect()
-}
-
 fn latent_of(parameter: &FreeParameter, value: f64) -> f64 {
     parameter.prior.to_latent(value).clamp(-5.0, 5.0)
-}
-
-fn einstein_radius(model: &CompiledModel, values: &[f64]) -> Option<f64> {
-    einstein_radius_arcsec(&model.lenses(values).ok()?, [0.0, 0.0])
 }
 
 /// The guess with the strengths of its lenses scaled by one factor, so that the mean convergence inside

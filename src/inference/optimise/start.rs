@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::climb::{Maximum, climb, to_the_top};
-use super::guess::{Prepared, RADII, ROUNDS_NEAR, SHAPES, guess, held_at_first, is_thrown, thrown};
+use super::guess::{Known, RADII, ROUNDS_NEAR, SHAPES, guess, held_at_first};
 use crate::error::{Error, Result};
 use crate::inference::likelihood::{CountedLikelihood, Counter, ImageLikelihood, LatentLikelihood};
 use crate::monitor::Monitor;
@@ -22,8 +22,6 @@ const MOST_ROUNDS: u64 = 10;
 const GROSS_MISFIT: f64 = 2.0;
 /// Maxima whose ln p differ by less are the same.
 const SAME: f64 = 1.0;
-/// Places around a maximum from which higher ones are sought before it is taken.
-const THROWN: u64 = 12;
 
 /// A search for the posterior's highest maximum, between two rounds.
 ///
@@ -35,9 +33,8 @@ const THROWN: u64 = 12;
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
 /// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum has
 /// been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
-/// Then it is challenged: a round of climbs begins where line of sight and lens are thrown elsewhere and the lights have
-/// followed. Ellipticity and foreground shear can have two maxima that guesses reach again and again. The maximum is taken
-/// when nothing higher is found so, else the search goes on.
+/// Then it is challenged: in a round of guesses with its Einstein radius, two of three with its lights, lens and line of sight
+/// begin anew. The maximum is taken when nothing higher is found so, else the search goes on.
 ///
 /// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
 /// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as
@@ -85,29 +82,31 @@ impl StartSearch {
     /// # Errors
     /// [`Error::Cancelled`], after which the search is as it was before the round.
     pub fn advance(&mut self, likelihood: &ImageLikelihood, seed: u64, monitor: &dyn Monitor) -> Result<()> {
-        let mut prepared = None;
+        let mut known = None;
         if let Some(simpler) = likelihood.simpler() {
             let search = self.simpler.get_or_insert_default();
             if !(search.is_found_twice() || search.rounds >= ROUNDS_NEAR) {
                 return search.round(&simpler, None, (seed, "power law"), monitor);
             }
-            prepared = search.best().and_then(|highest| Prepared::new(simpler.model(), highest));
+            known = search.best().and_then(|highest| Known::from_simpler(simpler.model(), highest));
         }
-        self.round(likelihood, prepared.as_ref(), (seed, "start"), monitor)
+        self.round(likelihood, known, (seed, "start"), monitor)
     }
 
     fn round(
         &mut self,
         likelihood: &ImageLikelihood,
-        prepared: Option<&Prepared>,
+        mut known: Option<Known>,
         (seed, name): (u64, &str),
         monitor: &dyn Monitor,
     ) -> Result<()> {
         let counter = Counter::new(monitor);
         let highest = self.finals.first().map(|highest| highest.log_posterior);
-        let round = Round { likelihood, seed, number: self.rounds, name, counter: &counter, monitor };
         let is_challenge = self.is_found(likelihood);
-        let finals = if is_challenge { round.challenge(&self.finals[0]) } else { round.guesses(prepared) };
+        if is_challenge {
+            known = Known::from_maximum(likelihood.model(), &self.finals[0]).or(known);
+        }
+        let finals = search_round(likelihood, known.as_ref(), (seed, self.rounds), (name, &counter, monitor));
         self.evaluations += counter.evaluations()?;
         self.rounds += 1;
         self.finals.extend(finals);
@@ -147,70 +146,43 @@ fn fewest_rounds(likelihood: &ImageLikelihood, start: &Maximum) -> u64 {
     }
 }
 
-/// One round of a search.
-struct Round<'a> {
-    likelihood: &'a ImageLikelihood,
-    seed: u64,
-    number: u64,
-    name: &'a str,
-    counter: &'a Counter<'a>,
-    monitor: &'a dyn Monitor,
-}
-
-impl Round<'_> {
-    /// The finalists of a round of guesses.
-    fn guesses(&self, prepared: Option<&Prepared>) -> Vec<Maximum> {
-        let noisier: Vec<ImageLikelihood> = match self.number % 2 {
-            0 => NOISE_ABOVE.iter().map(|fraction| with_noise_above(self.likelihood, *fraction)).collect(),
-            _ => vec![],
-        };
-        let noisier: Vec<CountedLikelihood> =
-            noisier.iter().map(|noisier| self.counter.watch(noisier)).collect();
-        // First with the line of sight as it is guessed and the sources smooth.
-        let held = held_at_first(self.likelihood);
-        let numbers = self.number * RADII * SHAPES..(self.number + 1) * RADII * SHAPES;
-        self.climbs(&noisier, &held, numbers, |number| guess(self.likelihood, prepared, self.seed, number))
-    }
-
-    /// The finalists of climbs from around a maximum.
-    fn challenge(&self, highest: &Maximum) -> Vec<Maximum> {
-        let held = is_thrown(self.likelihood);
-        let numbers = self.number * THROWN..(self.number + 1) * THROWN;
-        self.climbs(&[], &held, numbers, |number| thrown(self.likelihood, highest, self.seed, number))
-    }
-
-    /// Climbs from starts, some coordinates held; the best with all free; the best of these to the end.
-    fn climbs(
-        &self,
-        noisier: &[CountedLikelihood],
-        held: &[bool],
-        numbers: std::ops::Range<u64>,
-        start: impl Fn(u64) -> Vec<f64> + Sync,
-    ) -> Vec<Maximum> {
-        let title = format!("{}, round {}", self.name, self.number + 1);
-        let task = self.monitor.task(&title, Some(numbers.end - numbers.start));
-        let own = self.counter.watch(self.likelihood);
-        let first = noisier.first().unwrap_or(&own);
-        let rough = numbers
-            .into_par_iter()
-            .filter_map(|number| {
-                let climbed = climb(first, start(number), held, ROUGH_ITERATIONS);
-                task.advance(1);
-                climbed
-            })
-            .collect();
-        task.tell(&format!("{title}: the best {FREED}"));
-        let free = best(rough, FREED)
-            .into_par_iter()
-            .filter_map(|start| climb(first, start.latent, &[], ROUGH_ITERATIONS))
-            .collect();
-        task.tell(&format!("{title}: the best {FINALISTS}"));
-        let finals = best(free, FINALISTS)
-            .into_par_iter()
-            .filter_map(|start| climb_through(noisier, &own, start.latent))
-            .collect();
-        best(finals, FINALISTS)
-    }
+/// The finalists of one round of guesses.
+fn search_round(
+    likelihood: &ImageLikelihood,
+    known: Option<&Known>,
+    (seed, round): (u64, u64),
+    (name, counter, monitor): (&str, &Counter, &dyn Monitor),
+) -> Vec<Maximum> {
+    let title = format!("{name}, round {}", round + 1);
+    let task = monitor.task(&title, Some(RADII * SHAPES));
+    let noisier: Vec<ImageLikelihood> = match round % 2 {
+        0 => NOISE_ABOVE.iter().map(|fraction| with_noise_above(likelihood, *fraction)).collect(),
+        _ => vec![],
+    };
+    let noisier: Vec<CountedLikelihood> = noisier.iter().map(|noisier| counter.watch(noisier)).collect();
+    let own = counter.watch(likelihood);
+    let first = noisier.first().unwrap_or(&own);
+    // First with the line of sight as it is guessed and the sources smooth.
+    let held = held_at_first(likelihood);
+    let smooth = (round * RADII * SHAPES..(round + 1) * RADII * SHAPES)
+        .into_par_iter()
+        .filter_map(|number| {
+            let climbed = climb(first, guess(likelihood, known, seed, number), &held, ROUGH_ITERATIONS);
+            task.advance(1);
+            climbed
+        })
+        .collect();
+    task.tell(&format!("{title}: the best {FREED}"));
+    let free = best(smooth, FREED)
+        .into_par_iter()
+        .filter_map(|start| climb(first, start.latent, &[], ROUGH_ITERATIONS))
+        .collect();
+    task.tell(&format!("{title}: the best {FINALISTS}"));
+    let finals = best(free, FINALISTS)
+        .into_par_iter()
+        .filter_map(|start| climb_through(&noisier, &own, start.latent))
+        .collect();
+    best(finals, FINALISTS)
 }
 
 fn best(mut climbs: Vec<Maximum>, most: usize) -> Vec<Maximum> {
