@@ -34,7 +34,7 @@ fn lens(number: u64) -> GeneralMultiPlane {
         let nfw = Nfw::new(between(0.1, 1.5), strength, place).unwrap();
         lenses.push((between(0.1, 1.4), MassModel::Nfw(nfw)));
     }
-    if number % 4 == 0 {
+    if number.is_multiple_of(4) {
         let point = PointMass::new(between(0.05, 0.3), [between(-2.0, 2.0), between(-2.0, 2.0)]).unwrap();
         lenses.push((0.5, MassModel::PointMass(point)));
     }

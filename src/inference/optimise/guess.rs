@@ -68,7 +68,7 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
     let (pixel, edge) = (observation.grid.pixel_scale_arcsec(), 0.9 * observation.grid.half_width_arcsec());
     let step = (number / SHAPES % RADII) as f64 / (RADII - 1) as f64;
     let tried = 3.0 * pixel * (edge / (3.0 * pixel)).max(1.0).powf(step);
-    let takes_all = number % SHAPES != 0;
+    let takes_all = !number.is_multiple_of(SHAPES);
     let radius = known.filter(|known| takes_all || known.is_radius_certain);
     let einstein_radius = radius.map_or(tried, |known| known.einstein_radius_arcsec);
     let known = known.filter(|_| takes_all);

@@ -81,8 +81,9 @@ fn tidal_columns(tidal: &HaloTidal, place: &str) -> Vec<Column> {
         ("G2".into(), per_arcsec, part(&tidal.g_per_arcsec, false)),
         ("delta".into(), None, tidal.delta.clone()),
     ];
-    let regions: [(&str, fn(&RingAndDisc) -> Averaged); 2] = [("ring", |a| a.ring), ("disc", |a| a.disc)];
-    for (region, of) in regions {
+    type Region = fn(&RingAndDisc) -> Averaged;
+    let (ring, disc): (Region, Region) = (|a| a.ring, |a| a.disc);
+    for (region, of) in [("ring", ring), ("disc", disc)] {
         columns.extend([
             (format!("F1_{region}"), per_arcsec, averaged(of, |a| a.f_per_arcsec.re)),
             (format!("F2_{region}"), per_arcsec, averaged(of, |a| a.f_per_arcsec.im)),

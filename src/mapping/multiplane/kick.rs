@@ -92,31 +92,31 @@ impl Plane {
 }
 
 impl LensPlane {
-    fn from_origin(&self, theta: [f64; 2]) -> [f64; 2] {
+    fn off_origin(&self, theta: [f64; 2]) -> [f64; 2] {
         [theta[0] - self.origin_arcsec[0], theta[1] - self.origin_arcsec[1]]
     }
 
     /// f·α in one direction, arcsec.
     pub fn kick(&self, theta: [f64; 2]) -> [f64; 2] {
-        let [x, y] = self.from_origin(theta);
+        let [x, y] = self.off_origin(theta);
         self.profile.deflection(x, y).map(|alpha| self.f * alpha)
     }
 
     /// f·H (xx, xy, yy) in one direction.
     pub fn hessian(&self, theta: [f64; 2]) -> [f64; 3] {
-        let [x, y] = self.from_origin(theta);
+        let [x, y] = self.off_origin(theta);
         self.profile.hessian(x, y).map(|h| self.f * h)
     }
 
     /// f·T (xxx, xxy, xyy, yyy) in one direction, per arcsec.
     pub fn third_derivatives(&self, theta: [f64; 2]) -> [f64; 4] {
-        let [x, y] = self.from_origin(theta);
+        let [x, y] = self.off_origin(theta);
         self.profile.third_derivatives(x, y).map(|t| self.f * t)
     }
 
     /// f·ψ in one direction, arcsec².
     pub fn potential(&self, theta: [f64; 2]) -> f64 {
-        let [x, y] = self.from_origin(theta);
+        let [x, y] = self.off_origin(theta);
         self.f * self.profile.potential(x, y)
     }
 

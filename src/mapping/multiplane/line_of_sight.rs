@@ -98,7 +98,7 @@ impl LineOfSight {
         }
     }
 
-    fn from_observer(&self, chi_end_cmpc: f64) -> Segment {
+    fn observer_to_chi(&self, chi_end_cmpc: f64) -> Segment {
         let x_end = self.origin(chi_end_cmpc).x;
         Segment::from_observer(&self.planes, self.reference, chi_end_cmpc, x_end)
     }
@@ -121,7 +121,7 @@ impl LineOfSight {
 
     /// Observer to source through the haloes alone (os).
     pub fn observer_to_source(&self) -> Segment {
-        self.from_observer(self.chi_source_cmpc)
+        self.observer_to_chi(self.chi_source_cmpc)
     }
 
     /// Observer to redshift `z` through the haloes alone (od for z = z_d).
@@ -129,7 +129,7 @@ impl LineOfSight {
     /// # Errors
     /// When z is not between 0 and the source.
     pub fn observer_to(&self, z: f64) -> Result<Segment> {
-        Ok(self.from_observer(self.distance(z)?))
+        Ok(self.observer_to_chi(self.distance(z)?))
     }
 
     /// Redshift `z` to source, about the ray that the observer sees on the axis (ds for z = z_d).
@@ -146,7 +146,7 @@ impl LineOfSight {
     /// Unless 0 < z_near < z_far ≤ z_source.
     pub fn between(&self, z_near: f64, z_far: f64) -> Result<Segment> {
         Domain::above(z_near).check("the far redshift", z_far)?;
-        Ok(self.from_observer(self.distance(z_far)?).behind(&self.axis, self.distance(z_near)?))
+        Ok(self.observer_to_chi(self.distance(z_far)?).behind(&self.axis, self.distance(z_near)?))
     }
 
     /// ∂²β/∂θ_j∂σ_k of the axis ray, symmetrised, for a change σ of its slope at redshift `z`; per arcsec, as b_ijk.
