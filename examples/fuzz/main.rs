@@ -9,7 +9,7 @@ mod formats;
 mod mutation;
 mod trial;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -122,8 +122,8 @@ impl Counts {
 fn one_batch(
     (number, format): (usize, &Format),
     batch: u64,
-    binary: &PathBuf,
-    kept: &PathBuf,
+    binary: &Path,
+    kept: &Path,
     counts: &mut Counts,
 ) {
     let folder = tempfile::tempdir().expect("a temporary folder");
