@@ -288,7 +288,7 @@ fn options_outside_their_domain_are_refused_by_name() {
         ("--z-source 1.5 --accuracy nonsense", "'nonsense' for '--accuracy <exact|ARCSEC>': must be `exact`"),
         ("--z-source 1.5 --accuracy -1", "'-1' for '--accuracy <exact|ARCSEC>': must be `exact`"),
         ("--z-source 1.5 --order 3", "'3' for '--order <0|1|2>': 3 is not in 0..=2"),
-        ("--z-source 1.5 --sheets mean-density", "[possible values: on-axis, on-ray, none]"),
+        ("--z-source 1.5 --sheets mean-density", "[possible values: on-axis, none]"),
         ("--z-source 1.5 --omega-m 2", "--omega-m is 2, but must be above 0 and at most 1"),
         ("--z-source 1.5 --h0-km-s-mpc -70", "--h0-km-s-mpc is -70, but must be positive"),
         ("--z-source 1.5 --threads 0", "'0' for '--threads <N>': 0 is not in 1..=1024"),

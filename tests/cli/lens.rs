@@ -220,8 +220,8 @@ fn planes_that_cannot_be_are_refused() {
     assert_refused(&both, &["z_lens is 0.5, but must be left out beside lens_redshift_list"]);
     let length = "length of lens_redshift_list is 2, but must be 1 as the lens_model_list";
     assert_refused(&planes(json!([0.5, 0.6]), &["EPL"], &[epl()]), &[length]);
-    let behind = "redshift of a lens is 1.6, but must be above 0 and below 1.5";
-    assert_refused(&planes(json!([1.6]), &["EPL"], &[epl()]), &[behind]);
+    let before = "redshift of a lens is -0.1, but must be";
+    assert_refused(&planes(json!([-0.1]), &["EPL"], &[epl()]), &[before]);
     let text = planes(json!([0.5, 0.5]), &["LOS_MINIMAL", "EPL"], &[minimal(0.0), epl()]);
     assert_refused(&text, &["LOS_MINIMAL (number 1 of the list), but must be a mass profile"]);
 }

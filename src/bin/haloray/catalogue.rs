@@ -112,6 +112,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
                     print(&line(number, all.len(), &fit, &truths[task.0], seconds));
                 }
             }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
                 let (image, model) = (&images[task.0].name, &models[task.1].name);
                 warn(format_args!("no fit of {image} with {model}: {error}"));
