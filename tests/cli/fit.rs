@@ -305,7 +305,9 @@ fn a_fit_of_what_is_not_there_ends_with_its_files() {
     let folder =
         Folder::with(&[("off.toml", &MODEL.replace("e1 = { normal = [0.0, 0.1] }", "center_x = 30.0"))]);
     save(&folder, &image());
-    let output = folder.haloray("fit image.fits --model off.toml --sampler stretch --max-draws 8 -o fit");
+    let output = folder.haloray(
+        "fit image.fits --model off.toml --pixel-sampling point --sampler stretch --max-draws 8 -o fit",
+    );
     assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{output:?}");
     assert!(matches!(output.status.code(), Some(0 | 1)), "{output:?}");
     assert!(folder.path("fit/posterior.nc").is_file() && folder.path("fit/summary.json").is_file());
