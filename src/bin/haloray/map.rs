@@ -52,7 +52,6 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
 
     let haloes = pipeline::populate(&config, imported, args.sight.sightline(), bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
-    tell_sheets(&config, &haloes)?;
     let (maps, accuracy) = pipeline::maps(&config, &sight, bars)?;
     let curves = config.diagnostics.critical_curves.then(|| {
         bars.stage("critical curves", || {
@@ -83,6 +82,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             commit(staging)?
         }
     };
+    tell_sheets(&config, &haloes, bars)?;
     print_accuracy(&accuracy, bars);
     print_files(&files, bars);
     Ok(())

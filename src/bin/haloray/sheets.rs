@@ -4,7 +4,8 @@ use haloray::Result;
 use haloray::config::{Config, SheetModel};
 use haloray::pipeline::Haloes;
 
-use crate::terminal::warn;
+use crate::bars::Bars;
+use crate::terminal::{print, warn};
 
 /// A halo of so much convergence makes a sheet that bends rays all over the image.
 const LARGE: f64 = 0.5;
@@ -12,9 +13,11 @@ const LARGE: f64 = 0.5;
 const DECISIVE: f64 = 0.2;
 
 /// Says which sheets were used; `kappa` is what each halo has where its sheet is taken.
-pub fn tell(sheets: &str, kappa: &[f64]) {
+pub fn tell(sheets: &str, kappa: &[f64], bars: &Bars) {
     let total: f64 = kappa.iter().sum();
-    log::info!("sheets: {sheets}, κ = {:.4} in all", 0.0 - total);
+    if !bars.is_quiet() {
+        print(&format!("sheets: {sheets}, κ = {:.4} in all\n", 0.0 - total));
+    }
     let largest = kappa.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
     let decides = |k: f64| k > LARGE || (k > DECISIVE && k > 0.5 * total);
     if let Some((number, kappa)) = largest.filter(|&(_, kappa)| decides(kappa)) {
@@ -27,11 +30,12 @@ pub fn tell(sheets: &str, kappa: &[f64]) {
 }
 
 /// The sheets of a configured line of sight.
-pub fn tell_sheets(config: &Config, haloes: &Haloes) -> Result<()> {
+pub fn tell_sheets(config: &Config, haloes: &Haloes, bars: &Bars) -> Result<()> {
     match config.line_of_sight.sheets {
-        SheetModel::OnAxis => tell("on-axis", &haloes.effects(config)?.decisive(config).kappa),
-        SheetModel::None => tell("none", &[]),
-        _ => log::info!("sheets: mean-density"),
+        SheetModel::OnAxis => tell("on-axis", &haloes.effects(config)?.decisive(config).kappa, bars),
+        SheetModel::None => tell("none", &[], bars),
+        _ if !bars.is_quiet() => print("sheets: mean-density\n"),
+        _ => {}
     }
     Ok(())
 }

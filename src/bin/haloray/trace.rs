@@ -134,7 +134,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         Sheets::None => "none",
         _ => "on-axis",
     };
-    sheets::tell(name, &effects);
+    sheets::tell(name, &effects, bars);
     Ok(())
 }
 
