@@ -78,7 +78,8 @@ impl StateFile {
     }
 
     /// The results are safe; a state that stays behind is only ever continued by the same command.
-    pub fn remove(&self) {
+    pub fn remove(&mut self) {
+        self.is_behind = false;
         let _ = std::fs::remove_file(&self.path);
     }
 }
