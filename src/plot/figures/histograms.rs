@@ -1,6 +1,6 @@
 //! How strongly single haloes act: distributions of convergence, shear, and Δ_h on the axis.
 
-use crate::plot::{Anchor, At, Axis, Colour, Figure, Mark, Panel, Rule, Scale, Shape, Stroke};
+use crate::plot::{Axis, Colour, Figure, Mark, Panel, Rule, Scale, Shape, Stroke};
 
 /// Bins per decade; the label of the ordinate says their width.
 const BINS_PER_DECADE: f64 = 8.0;
@@ -13,19 +13,17 @@ pub fn histograms(effects: [&[f64]; 3], delta_of_disc: &[f64], delta_threshold: 
     let tallest = bins.iter().flat_map(|(_, counts)| counts).copied().fold(1.0, f64::max);
     let labels = ["κ_{h}", "|γ_{h}|", "Δ_{h}"];
     let panels = bins.into_iter().zip(colours).enumerate().map(|(column, ((edges, counts), colour))| {
-        let y = Axis::log("haloes per 0.125 dex").between(0.5, 3.0 * tallest).outer(column == 0);
+        let y = Axis::log("haloes per 0.125 dex").between(0.5, 30.0 * tallest).outer(column == 0);
         let steps = Shape::Histogram { edges, counts, stroke: Stroke::solid(colour, 0.9) };
         Panel::new(Axis::log(labels[column]), y, [steps.into()])
     });
     let mut figure = Figure::full_width("Distributions of halo effects", 0.9, 3, panels);
-    let (at, colour, halo) = (At::DataFraction(delta_threshold, 0.93), Colour::BLACK, Some(Colour::WHITE));
-    let text = format!("  Δ_{{h}} = {delta_threshold}");
     let (edges, counts) = log_bins(delta_of_disc);
-    let over_disc = Shape::Histogram { edges, counts, stroke: Stroke::dashed(Colour::BLACK, 0.7) };
+    let over_disc = Shape::Histogram { edges, counts, stroke: Stroke::solid(Colour::BLACK, 0.6) };
+    let threshold = Mark::rule(Rule::X(delta_threshold), Stroke::dashed(Colour::BLACK, 0.9));
     figure.panels[2].marks.extend([
         Mark::from(over_disc).named("over a disc"),
-        Mark::rule(Rule::X(delta_threshold), Stroke::dashed(Colour::BLACK, 0.9)),
-        Shape::Text { at, text, anchor: Anchor::Start, colour, halo }.into(),
+        threshold.named(format!("Δ_{{h}} = {delta_threshold}")),
     ]);
     figure
 }
