@@ -62,6 +62,15 @@ pub fn ln<R: Real>(x: R) -> R {
     e * LN2_HIGH + (s * 2.0 * artanh_over_argument(s * s) + e * LN2_LOW)
 }
 
+/// ln(1 + x) for x ≥ 0, without loss where x is small.
+#[inline(always)]
+pub fn ln_1p<R: Real>(x: R) -> R {
+    let sum = x + 1.0;
+    let (m, e) = sum.mantissa_and_exponent();
+    let s = (m + -1.0).or_below(sum, std::f64::consts::SQRT_2, x) / (m + 1.0);
+    e * LN2_HIGH + (s * 2.0 * artanh_over_argument(s * s) + e * LN2_LOW)
+}
+
 /// arctan(t)/t for |t| ≤ tan(π/8) = √2 − 1, from z = t².
 #[inline(always)]
 pub fn arctan_over_argument<R: Real>(z: R) -> R {

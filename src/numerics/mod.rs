@@ -1,5 +1,6 @@
 //! Quadrature, splines, roots, contours, SIMD lanes and elementary functions, random streams.
 
+mod c_math;
 pub mod complex;
 pub(crate) mod contour;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Stated bounds of elementary functions, quadrature, random streams, roots and splines.
 
 mod elementary {
-    use haloray::numerics::elementary::{arctan, exp, ln};
+    use haloray::numerics::elementary::{arctan, exp, ln, ln_1p};
 
     /// Two units in the last place: one from the polynomial, one from the additions.
     const RELATIVE: f64 = 4.5e-16;
@@ -19,6 +19,17 @@ mod elementary {
             let x = 0.3 + f64::from(i) * 7.31e-4;
             assert!((ln(x) - x.ln()).abs() <= RELATIVE * x.ln().abs().max(1e-3), "{x}");
         }
+    }
+
+    #[test]
+    fn ln_1p_matches_libm_over_the_whole_range() {
+        for i in -8000..8000 {
+            let x = (f64::from(i) * 0.1237).exp2();
+            if x.is_normal() {
+                assert!((ln_1p(x) / x.ln_1p() - 1.0).abs() < RELATIVE, "{x:e}");
+            }
+        }
+        assert_eq!(ln_1p(0.0), 0.0);
     }
 
     #[test]

@@ -15,4 +15,5 @@ mod lens_models;
 mod lensing;
 mod likelihood;
 mod multiplane;
+mod portable;
 mod table_a1;

@@ -17,7 +17,7 @@ const SHOWING_USED: f64 = 0.1;
 /// Parameter sets drawn from the priors to see where their light falls, and how near a pixel that counts.
 const DRAWS: u64 = 24;
 const NEAR_PIXELS: usize = 2;
-/// Share of the brightest pixel's flux that the model must reach there in one of them.
+/// Share of its own brightest pixel that the model must reach there in one of them.
 const REACHED: f64 = 0.02;
 
 /// Doubts in words: BKGRMS against the scatter of the pixels, MASK against where the light is, priors against the brightest
@@ -122,8 +122,6 @@ fn light_doubt(likelihood: &ImageLikelihood) -> Option<String> {
     let near: Vec<usize> = (y.saturating_sub(NEAR_PIXELS)..(y + NEAR_PIXELS + 1).min(n))
         .flat_map(|row| columns.clone().map(move |column| row * n + column))
         .collect();
-    let brightest_e_s =
-        near.iter().filter(|&&k| observation.used[k]).map(|&k| observation.data_e_s[k]).fold(0.0, f64::max);
     let model = likelihood.model();
     let mut rng = stream(0, 0, Stage::Start, u64::MAX);
     let reaches = (0..DRAWS).filter_map(|draw| {
@@ -134,11 +132,13 @@ fn light_doubt(likelihood: &ImageLikelihood) -> Option<String> {
             .map(|z: f64| if draw == 0 { 0.0 } else { z });
         let latent: Vec<f64> = latent.collect();
         let image = likelihood.image(&model.at_latent(&latent).0)?;
-        Some(near.iter().map(|&k| image.model_e_s[k].abs()).fold(0.0, f64::max))
+        let flux = |k: usize| image.model_e_s[k].abs();
+        let peak = (0..n * n).map(flux).fold(f64::MIN_POSITIVE, f64::max);
+        Some(near.iter().map(|&k| flux(k)).fold(0.0, f64::max) / peak)
     });
-    let reach = reaches.fold(f64::NAN, f64::max);
+    let reached = reaches.fold(f64::NAN, f64::max);
     let [x, y] = observation.grid.theta_arcsec()[brightest];
-    (reach < REACHED * brightest_e_s).then(|| {
+    (reached < REACHED).then(|| {
         format!(
             "no light of the model comes near the brightest pixels, at ({x:.2}″, {y:.2}″), for any of {DRAWS} parameter sets \
              drawn from the priors: are centres and scale those of the image, or is there light that the model lacks?"

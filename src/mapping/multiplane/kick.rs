@@ -4,7 +4,8 @@
 //! f·α = f·k·m(u)·t − f·κ·θ, t = θ − c, u = |t|²/r_s²; H = ∂α/∂θ and T = ∂H/∂θ follow from m, u·m′ and u²·m″.
 
 use super::plane::{LensPlane, Plane};
-use crate::profile::mass::{MassProfile, RadialDerivatives, nfw_radial, truncated, truncated_potential};
+use crate::profile::mass::nfw_radial::{self, Basis};
+use crate::profile::mass::{MassProfile, RadialDerivatives, Truncation, truncated_potential};
 
 /// How one ray is kicked by a halo and its sheet.
 pub(super) struct Kick {
@@ -160,51 +161,31 @@ fn radial_functions<const ORDER: usize, const N: usize>(
     p1: &mut [f64; N],
     p2: &mut [f64; N],
 ) {
-    match regime(u) {
-        _ if tau.is_finite() => {
+    macro_rules! for_all {
+        ($basis:path, $functions:expr) => {
             for i in 0..N {
-                [m[i], p1[i], p2[i]] = truncated(u[i], &nfw_radial::basis(u[i]), tau);
+                let values: [f64; 3] = $functions(u[i], $basis(u[i]));
+                m[i] = values[0];
+                if ORDER >= 1 {
+                    [_, p1[i], p2[i]] = values;
+                }
             }
-        }
-        Regime::Far if ORDER == 0 => {
-            for i in 0..N {
-                m[i] = nfw_radial::far(u[i]).m;
+        };
+    }
+    macro_rules! in_regime {
+        ($functions:expr) => {
+            match regime(u) {
+                Regime::Far => for_all!(nfw_radial::far, $functions),
+                Regime::Outer => for_all!(nfw_radial::outer, $functions),
+                Regime::Inner => for_all!(nfw_radial::inner, $functions),
+                Regime::Mixed => for_all!(nfw_radial::basis, $functions),
             }
-        }
-        Regime::Outer if ORDER == 0 => {
-            for i in 0..N {
-                m[i] = nfw_radial::m_outer(u[i]);
-            }
-        }
-        Regime::Inner if ORDER == 0 => {
-            for i in 0..N {
-                m[i] = nfw_radial::m_inner(u[i]);
-            }
-        }
-        Regime::Mixed if ORDER == 0 => {
-            for i in 0..N {
-                m[i] = nfw_radial::m(u[i]);
-            }
-        }
-        Regime::Far => {
-            for i in 0..N {
-                [m[i], p1[i], p2[i]] = nfw_radial::far(u[i]).nfw();
-            }
-        }
-        Regime::Outer => {
-            for i in 0..N {
-                [m[i], p1[i], p2[i]] = nfw_radial::outer(u[i]).nfw();
-            }
-        }
-        Regime::Inner => {
-            for i in 0..N {
-                [m[i], p1[i], p2[i]] = nfw_radial::inner(u[i]).nfw();
-            }
-        }
-        Regime::Mixed => {
-            for i in 0..N {
-                [m[i], p1[i], p2[i]] = nfw_radial::basis(u[i]).nfw();
-            }
-        }
+        };
+    }
+    if tau.is_finite() {
+        let edge = Truncation::at(tau);
+        in_regime!(|u, basis: Basis| edge.radial(u, &basis));
+    } else {
+        in_regime!(|_, basis: Basis| basis.nfw());
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::halo::HaloCatalogue;
-use crate::profile::mass::{MassModel, Nfw, nfw_radial};
+use crate::profile::mass::{MassModel, Nfw, Truncation, nfw_radial};
 
 /// The sheet of negative convergence that compensates the mass added as haloes.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,7 +105,7 @@ impl Plane {
     #[inline(always)]
     pub fn radial(&self, u: f64) -> [f64; 3] {
         let basis = nfw_radial::basis(u);
-        if self.tau.is_finite() { crate::profile::mass::truncated(u, &basis, self.tau) } else { basis.nfw() }
+        if self.tau.is_finite() { Truncation::at(self.tau).radial(u, &basis) } else { basis.nfw() }
     }
 
     /// f·κ_h = f·k(m + u·m′) in one direction.

@@ -28,7 +28,7 @@ pub(crate) use radial::RadialDerivatives;
 pub use radial::{Radial, RadialLaw};
 pub use response::{Responses, deflections, responses};
 pub use sersic::SersicMass;
-pub use truncated_nfw::{TruncatedNfw, potential as truncated_potential, truncated};
+pub use truncated_nfw::{TruncatedNfw, Truncation, potential as truncated_potential};
 
 use self::models::mass_models;
 use self::profile::{each_lane, kernels};

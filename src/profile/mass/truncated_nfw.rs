@@ -4,6 +4,7 @@ use super::nfw::{ALPHA_RS, Nfw, SCALE_RADIUS};
 use super::nfw_radial::{self, Basis};
 use super::radial::{Radial, RadialLaw, by_scale};
 use crate::error::Result;
+use crate::numerics::elementary::{ln, ln_1p};
 use crate::numerics::quadrature::integrate;
 use crate::numerics::real::Real;
 use crate::profile::parameter::{Name, Parameter, PriorShape, exactly, placed_ellipse};
@@ -39,7 +40,7 @@ impl RadialLaw for TruncatedNfwLaw {
     }
 
     fn radial(&self, u: f64) -> [f64; 3] {
-        truncated(u, &nfw_radial::basis(u), self.tau)
+        truncated(u, self.tau)
     }
 
     fn potential(&self, u: f64) -> f64 {
@@ -70,39 +71,67 @@ fn m_by_tau(u: f64, tau: f64, m: f64) -> f64 {
     let t2 = tau * tau;
     let s = (t2 + u).sqrt();
     let sum = s + tau;
-    let lt = b.l + std::f64::consts::LN_2 - sum.ln();
-    let norm = t2 / ((t2 + 1.0) * (t2 + 1.0));
     let v = 0.5 * u / (tau * sum);
+    let lt = b.l - ln(tau) - ln_1p(v);
+    let norm = t2 / ((t2 + 1.0) * (t2 + 1.0));
     let slope = 1.0 / tau + 1.0 / s;
-    let bracket = b.m + lt / (tau * sum) - v.ln_1p() / u;
+    let bracket = b.m + lt / (tau * sum) - ln_1p(v) / u;
     let by_bracket = (-1.0 / s - lt * slope) / (tau * sum) + v * slope / (u * (1.0 + v));
     m * (2.0 / tau - 4.0 * tau / (t2 + 1.0))
         + norm * (2.0 * tau * bracket + (t2 - 1.0) * by_bracket + std::f64::consts::PI / (sum * s))
 }
 
-/// (m, u·m′, u²·m″) of the truncated lens from the NFW functions of the same u.
+/// What the radial functions of all radii at one τ share.
 ///
-/// With s = √(τ²+u), L_t = ln(√u/(s+τ)), C = τ²/(τ²+1)²:
-/// m = C{(τ²−1)[m_NFW + L_t/(τ(s+τ)) − ln(1+v)/u] + 2A − π/(s+τ)}, v = u/(2τ(s+τ));
+/// With s = √(τ²+u), v = u/(2τ(s+τ)), L_t = ln(√u/(s+τ)) = L − ln τ − ln(1+v), C = τ²/(τ²+1)²:
+/// m = C{(τ²−1)[m_NFW + L_t/(τ(s+τ)) − ln(1+v)/u] + 2A − π/(s+τ)};
 /// d(um)/du = κ/k = C{A + (τ²+1)E/2 + [−π + (τ²−1)L_t/τ]/(2s)}.
-#[inline(always)]
-pub fn truncated(u: f64, b: &Basis, tau: f64) -> [f64; 3] {
-    let t2 = tau * tau;
-    let s2 = t2 + u;
-    let s = s2.sqrt();
-    let sum = s + tau;
-    let lt = b.l + std::f64::consts::LN_2 - sum.ln();
-    let norm = t2 / ((t2 + 1.0) * (t2 + 1.0));
-    let v = 0.5 * u / (tau * sum);
-    let m = norm
-        * ((t2 - 1.0) * (b.m + lt / (tau * sum) - v.ln_1p() / u) + 2.0 * b.a - std::f64::consts::PI / sum);
-    let edge = -std::f64::consts::PI + (t2 - 1.0) * lt / tau;
-    let kappa = norm * (b.a + 0.5 * (t2 + 1.0) * b.e + 0.5 * edge / s);
-    let u_kappa_prime = norm
-        * (0.5 * (b.e - b.a) - 0.5 * (t2 + 1.0) * (b.e + 0.5 * b.h) + 0.25 * (t2 - 1.0) / s2
-            - 0.25 * edge * u / (s2 * s));
-    let p1 = kappa - m;
-    [m, p1, u_kappa_prime - 2.0 * p1]
+#[derive(Clone, Copy)]
+pub struct Truncation {
+    tau: f64,
+    inv_tau: f64,
+    ln_tau: f64,
+    norm: f64,
+}
+
+impl Truncation {
+    #[inline(always)]
+    pub fn at(tau: f64) -> Self {
+        let t2 = tau * tau;
+        Self { tau, inv_tau: 1.0 / tau, ln_tau: ln(tau), norm: t2 / ((t2 + 1.0) * (t2 + 1.0)) }
+    }
+
+    /// (m, u·m′, u²·m″) of the truncated lens from the NFW functions of the same u; branch-free.
+    #[inline(always)]
+    pub fn radial(&self, u: f64, b: &Basis) -> [f64; 3] {
+        let t2 = self.tau * self.tau;
+        let s2 = t2 + u;
+        let s = s2.sqrt();
+        let sum = s + self.tau;
+        // Divisions limit the ray loop: 1/u and 1/(s + τ) share one.
+        let both = 1.0 / (u * sum);
+        let (inv_u, inv_sum) = (sum * both, u * both);
+        let by_tau = self.inv_tau * inv_sum;
+        let swelling = ln_1p(0.5 * u * by_tau);
+        let lt = b.l - self.ln_tau - swelling;
+        let m = self.norm
+            * ((t2 - 1.0) * (b.m + lt * by_tau - swelling * inv_u) + 2.0 * b.a
+                - std::f64::consts::PI * inv_sum);
+        let inv_s = 1.0 / s;
+        let edge = -std::f64::consts::PI + (t2 - 1.0) * lt * self.inv_tau;
+        let kappa = self.norm * (b.a + 0.5 * (t2 + 1.0) * b.e + 0.5 * edge * inv_s);
+        let inv_s2 = inv_s * inv_s;
+        let u_kappa_prime = self.norm
+            * (0.5 * (b.e - b.a) - 0.5 * (t2 + 1.0) * (b.e + 0.5 * b.h) + 0.25 * (t2 - 1.0) * inv_s2
+                - 0.25 * edge * u * inv_s2 * inv_s);
+        let p1 = kappa - m;
+        [m, p1, u_kappa_prime - 2.0 * p1]
+    }
+}
+
+/// (m, u·m′, u²·m″) of the truncated lens.
+pub fn truncated(u: f64, tau: f64) -> [f64; 3] {
+    Truncation::at(tau).radial(u, &nfw_radial::basis(u))
 }
 
 impl TruncatedNfw {
@@ -133,7 +162,7 @@ pub fn potential(u: f64, tau: f64) -> f64 {
     let x = u.sqrt();
     let integrand = |x: f64| {
         let u = (x * x).max(nfw_radial::U_FLOOR);
-        2.0 * x * truncated(u, &nfw_radial::basis(u), tau)[0]
+        2.0 * x * truncated(u, tau)[0]
     };
     (0..PANELS)
         .map(|i| {
