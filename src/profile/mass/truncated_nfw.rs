@@ -95,6 +95,7 @@ pub struct Truncation {
 }
 
 impl Truncation {
+    /// Of a halo with τ = r_t/r_s.
     #[inline(always)]
     pub fn at(tau: f64) -> Self {
         let t2 = tau * tau;
