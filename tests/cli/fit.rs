@@ -303,8 +303,10 @@ fn what_contradicts_the_image_is_told_at_the_start() {
 #[test]
 fn a_fit_of_what_is_not_there_ends_with_its_files() {
     // A lens off the image: nothing is magnified, and draws are stuck at the edges of their priors.
-    let folder =
-        Folder::with(&[("off.toml", &MODEL.replace("e1 = { normal = [0.0, 0.1] }", "center_x = 30.0"))]);
+    let round =
+        MODEL.replace("e1 = { normal = [0.0, 0.1] }\ne2 = { normal = [0.0, 0.1] }\n", "center_x = 30.0\n");
+    assert!(round != MODEL);
+    let folder = Folder::with(&[("off.toml", &round)]);
     save(&folder, &image());
     let output = folder.haloray(
         "fit image.fits --model off.toml --pixel-sampling point --sampler stretch --max-draws 8 -o fit",

@@ -2,8 +2,9 @@
 
 use haloray::cosmology::Background;
 use haloray::halo::{HaloCatalogue, HaloMasses};
-use haloray::imaging::{PixelSampling, Scene, SkyGrid, integrate_pixels};
+use haloray::imaging::{Instrument, PixelSampling, Scene, SkyGrid, integrate_pixels};
 use haloray::mapping::multiplane::{LineOfSight, MainLens, Sheets};
+use haloray::mock::{MockSystem, Protocol};
 use haloray::monitor::Silent;
 use haloray::profile::light::Sersic;
 use haloray::profile::mass::{Epl, MassModel};
@@ -43,4 +44,44 @@ fn adaptive_integration_meets_its_tolerance_where_the_centre_does_not() {
     }
     assert!(worst < 5.0 * tolerance, "{worst:e}");
     assert!(worst_crude > 30.0 * worst, "the test must be able to fail: {worst_crude:e}");
+}
+
+/// Midpoint mean of `fine`² samples of one pixel.
+fn sampled(scene: &Scene, [x, y]: [f64; 2], width: f64, fine: i32) -> f64 {
+    let step = width / f64::from(fine);
+    let along = |c: f64, j: i32| c + (f64::from(j) - 0.5 * f64::from(fine - 1)) * step;
+    let rays: Vec<[f64; 2]> = (0..fine * fine).map(|i| [along(x, i % fine), along(y, i / fine)]).collect();
+    scene.surface_brightness(&rays, &Silent).unwrap().iter().sum::<f64>() * step * step
+}
+
+/// Ten lensed sources of the mock protocol, the whole image each: those pixels whose mean of 32² and of 64² samples differ
+/// are sampled 512² times.
+#[test]
+#[ignore = "slow: just nightly"]
+fn every_pixel_of_ten_images_is_within_the_stated_bound() {
+    let camera = Instrument::default();
+    let (protocol, width) = (Protocol::paper(), camera.pixel_scale_arcsec);
+    let tolerance = 0.01 * camera.background_rms_e_s();
+    let mut worst = 0.0_f64;
+    for number in 0..10 {
+        let system = MockSystem::draw(&protocol, 733, number, width).unwrap();
+        let (mapping, s) = (system.mapping().unwrap(), &system.source);
+        let flux = camera.flux_e_s(s.magnitude);
+        let source =
+            Sersic::with_flux(flux, s.radius_arcsec, s.index, s.ellipticity, s.centre_arcsec).unwrap();
+        let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
+        let grid = SkyGrid::new(system.pixels, width).unwrap();
+        let got = integrate_pixels(&scene, &grid, PixelSampling::Adaptive, tolerance, &Silent).unwrap();
+        let mut errors: Vec<f64> = vec![];
+        for (theta, got) in grid.theta_arcsec().into_iter().zip(got) {
+            let [coarse, fine] = [32, 64].map(|fine| sampled(&scene, theta, width, fine));
+            let is_sure = (coarse - fine).abs() < 0.05 * tolerance;
+            let want = if is_sure { fine } else { sampled(&scene, theta, width, 512) };
+            errors.push((got - want).abs() / tolerance);
+        }
+        errors.sort_by(f64::total_cmp);
+        worst = worst.max(errors[errors.len() - 1]);
+        println!("{number} {:?}", &errors[errors.len() - 5..]);
+    }
+    assert!(worst < 1.0, "{worst} times the tolerance");
 }

@@ -109,16 +109,15 @@ impl Truncation {
         let s2 = t2 + u;
         let s = s2.sqrt();
         let sum = s + self.tau;
-        // Divisions limit the ray loop: 1/u and 1/(s + τ) share one.
-        let both = 1.0 / (u * sum);
-        let (inv_u, inv_sum) = (sum * both, u * both);
+        // Divisions limit the ray loop: 1/u, 1/s and 1/(s + τ) share one.
+        let all = 1.0 / (u * sum * s);
+        let (inv_u, inv_sum, inv_s) = (sum * s * all, u * s * all, u * sum * all);
         let by_tau = self.inv_tau * inv_sum;
         let swelling = ln_1p(0.5 * u * by_tau);
         let lt = b.l - self.ln_tau - swelling;
         let m = self.norm
             * ((t2 - 1.0) * (b.m + lt * by_tau - swelling * inv_u) + 2.0 * b.a
                 - std::f64::consts::PI * inv_sum);
-        let inv_s = 1.0 / s;
         let edge = -std::f64::consts::PI + (t2 - 1.0) * lt * self.inv_tau;
         let kappa = self.norm * (b.a + 0.5 * (t2 + 1.0) * b.e + 0.5 * edge * inv_s);
         let inv_s2 = inv_s * inv_s;
