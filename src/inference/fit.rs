@@ -6,7 +6,7 @@ use super::diagnose::{Convergence, DrawStatistics, Goodness, doubts};
 use super::fit_settings::FitSettings;
 use super::likelihood::{Counter, ImageLikelihood, ModelImage, Observation};
 use super::model::{CompiledModel, Quantity};
-use super::optimise::{Maximum, to_the_top};
+use super::optimise::{Maximum, StartSearch, to_the_top};
 use super::run::{RunStatus, SamplerRun};
 use super::sample::{Chains, Evidence, Problem};
 use super::store::{FitState, FitStore};
@@ -48,6 +48,15 @@ pub struct ParameterSummary {
     pub ess_tail: f64,
 }
 
+/// Another maximum of a posterior, among whose draws it is not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnsampledMaximum {
+    /// ln p of the highest maximum less that of this one.
+    pub below: f64,
+    /// Name and value there of the free parameter furthest outside the draws.
+    pub outside: (String, f64),
+}
+
 /// A finished fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
@@ -75,6 +84,8 @@ pub struct Fit {
     pub goodness: Goodness,
     /// What spoke against image or priors before the fit began.
     pub doubts: Vec<String>,
+    /// A maximum nearly as high as the highest that no draw comes near.
+    pub unsampled: Option<UnsampledMaximum>,
     /// Evaluations of the likelihood or its gradient, start included.
     pub evaluations: u64,
     /// Where the model's line of sight is made of haloes: by how much at most the β of the fit differed from that of rays
@@ -99,7 +110,7 @@ impl Fit {
         doubts.iter().for_each(|doubt| store.doubt(doubt));
         let mut state = FitState::load(store, &likelihood, &settings)?;
         let fit = Self::go_on(likelihood, settings, &mut state, store, monitor);
-        let fit = fit.map(|fit| Self { doubts, ..fit });
+        let fit = fit.map(|fit| Self { doubts, unsampled: unsampled(&fit, &state.search), ..fit });
         if matches!(fit, Err(Error::Cancelled)) {
             store.save(&state)?;
         }
@@ -187,6 +198,7 @@ impl Fit {
             image,
             goodness,
             doubts: Vec::new(),
+            unsampled: None,
             evaluations,
             expansion_error_arcsec,
         })
@@ -236,6 +248,31 @@ fn expansion_error_arcsec(
         largest = largest.max(likelihood.expansion_error_arcsec(&free, monitor)?);
     }
     Ok(Some(largest))
+}
+
+/// The highest maximum of the search one of whose coordinates is well outside all draws.
+fn unsampled(fit: &Fit, search: &StartSearch) -> Option<UnsampledMaximum> {
+    let chains = &fit.chains;
+    let draws = || chains.chains.iter().flat_map(|chain| chain.z.chunks_exact(chains.dimension));
+    let ranges: Vec<[f64; 2]> = (0..chains.dimension)
+        .map(|i| draws().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], z| [a.min(z[i]), b.max(z[i])]))
+        .collect();
+    // In units of the draws' range, which is six deviations or more of theirs.
+    let outside = |z: f64, [low, high]: [f64; 2]| (low - z).max(z - high) / (high - low);
+    search.high().find_map(|maximum| {
+        let (i, by) = (0..chains.dimension)
+            .map(|i| (i, outside(maximum.latent[i], ranges[i])))
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        /// Half a range outside it.
+        const WELL: f64 = 0.5;
+        (by > WELL).then(|| {
+            let model = fit.likelihood.model();
+            UnsampledMaximum {
+                below: search.best().map_or(0.0, |best| best.log_posterior) - maximum.log_posterior,
+                outside: (model.free[i].name.clone(), model.at_latent(&maximum.latent).0[i]),
+            }
+        })
+    })
 }
 
 /// The draw of highest posterior density.

@@ -19,7 +19,7 @@ pub mod sample;
 mod store;
 
 pub use diagnose::{DrawStatistics, HPD_FRACTION};
-pub use fit::{Fit, ParameterSummary};
+pub use fit::{Fit, ParameterSummary, UnsampledMaximum};
 pub use fit_settings::FitSettings;
 pub use likelihood::{
     Counter, Curvature, ImageLikelihood, LatentLikelihood, ModelImage, NoCurvature, Observation,

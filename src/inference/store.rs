@@ -13,7 +13,7 @@ use crate::monitor::Monitor;
 /// How far a fit has come: from this the same fit goes on, and ends with the same bytes as one never stopped.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FitState {
-    search: StartSearch,
+    pub(super) search: StartSearch,
     /// The maximum found with pixels sampled at their centres, then that of each refinement.
     maxima: Vec<Maximum>,
     evaluations: u64,

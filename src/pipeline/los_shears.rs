@@ -144,8 +144,8 @@ fn signal(config: &Config, seen: &Seen) -> (Vec<[f64; 2]>, Vec<f64>) {
 
 /// Of weighted directions as many as stand for them with equal weights.
 fn evenly_weighted(theta: &[[f64; 2]], weights: &[f64]) -> Vec<[f64; 2]> {
-    /// Two blocks of the ray loop.
-    const RAYS: usize = 96;
+    /// What the ray loop carries at once.
+    const RAYS: usize = 48;
     let step = weights.iter().sum::<f64>() / RAYS as f64;
     let (mut chosen, mut sum) = (Vec::with_capacity(RAYS), 0.0);
     for (theta, weight) in theta.iter().zip(weights) {
@@ -166,7 +166,7 @@ mod tests {
         let theta = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
         let chosen = evenly_weighted(&theta, &[1.0, 2.0, 1.0]);
         let count = |x: f64| chosen.iter().filter(|theta| theta[0] == x).count();
-        assert_eq!([count(0.0), count(1.0), count(2.0)], [24, 48, 24]);
+        assert_eq!([count(0.0), count(1.0), count(2.0)], [12, 24, 12]);
         assert!(evenly_weighted(&[], &[]).is_empty());
     }
 }

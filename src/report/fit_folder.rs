@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::staged::{stage_figure, stage_json, stage_text};
 use crate::error::Result;
-use crate::inference::{Fit, ParameterSummary};
+use crate::inference::{Fit, ParameterSummary, UnsampledMaximum};
 use crate::io::{PosteriorVariable, Provenance, Staging, write_posterior};
 use crate::plot::figures::{
     CornerParameter, CornerPosterior, GridData, TraceParameter, corner, reconstruction, source_plane,
@@ -120,6 +120,12 @@ fn warnings(fit: &Fit) -> Vec<String> {
     warnings.extend(fit.goodness.doubts(fit.chi2_reduced()));
     if !fit.status.is_converged {
         warnings.push("the chains have not converged: draws do not yet stand for the posterior".into());
+    }
+    if let Some(UnsampledMaximum { below, outside: (name, value) }) = &fit.unsampled {
+        warnings.push(format!(
+            "another maximum is only {below:.1} lower in ln p, at {name} = {value:.4}, where no draw comes: intervals describe one \
+             of the two; fit again with another --seed, or with a narrower prior, to see it"
+        ));
     }
     let at_edge: Vec<&str> = at_edge(fit).collect();
     if !at_edge.is_empty() {

@@ -27,33 +27,42 @@ pub(super) struct Known {
     /// Values of free parameters by name.
     values: Vec<(String, f64)>,
     einstein_radius_arcsec: f64,
-    /// Whether no other Einstein radius is tried.
-    is_radius_certain: bool,
+    /// The maximum of the model itself from which it is known: no other Einstein radius is tried.
+    maximum: Option<Vec<f64>>,
 }
 
 impl Known {
     /// From the fit of a simpler model: line of sight, lights, Einstein radius.
     pub(super) fn from_simpler(simpler: &CompiledModel, highest: &Maximum) -> Option<Self> {
-        Self::new(simpler, highest, &[Part::LineOfSight, Part::Source, Part::LensLight], false)
+        Self::new(simpler, highest, &[Part::LineOfSight, Part::Source, Part::LensLight])
     }
 
     /// From a maximum of the model itself, lens and line of sight to be guessed anew: lights and Einstein radius.
     pub(super) fn from_maximum(model: &CompiledModel, highest: &Maximum) -> Option<Self> {
-        Self::new(model, highest, &[Part::Source, Part::LensLight], true)
+        let known = Self::new(model, highest, &[Part::Source, Part::LensLight])?;
+        Some(Self { maximum: Some(highest.latent.clone()), ..known })
     }
 
     /// `None` if the lens has no Einstein radius.
-    fn new(
-        model: &CompiledModel,
-        highest: &Maximum,
-        parts: &[Part],
-        is_radius_certain: bool,
-    ) -> Option<Self> {
+    fn new(model: &CompiledModel, highest: &Maximum, parts: &[Part]) -> Option<Self> {
         let values = model.at_latent(&highest.latent).0;
         let einstein_radius_arcsec = einstein_radius_arcsec(&model.lenses(&values).ok()?, [0.0; 2])?;
         let known = model.free.iter().zip(values).filter(|(own, _)| parts.contains(&own.part));
         let values = known.map(|(own, value)| (own.name.clone(), value)).collect();
-        Some(Self { values, einstein_radius_arcsec, is_radius_certain })
+        Some(Self { values, einstein_radius_arcsec, maximum: None })
+    }
+
+    /// Whether guess number `number` is the maximum itself with its lens turned.
+    pub(super) fn turns(&self, number: u64) -> bool {
+        self.maximum.is_some() && number % SHAPES == 2
+    }
+
+    /// Whether a climb has come back to the maximum that is known.
+    pub(super) fn is_near(&self, latent: &[f64]) -> bool {
+        /// Distance in units of the priors' widths.
+        const NEAR: f64 = 0.05;
+        let is_near = |maximum: &Vec<f64>| maximum.iter().zip(latent).all(|(a, b)| (a - b).abs() < NEAR);
+        self.maximum.as_ref().is_some_and(is_near)
     }
 
     fn value_of(&self, name: &str) -> Option<f64> {
@@ -62,19 +71,25 @@ impl Known {
 }
 
 /// Guess number `number` from the image, or, two times of three, from what is known, the Einstein radius shared by the masses
-/// in random parts.
+/// in random parts. Every other of those from a maximum of the model itself is that maximum with its lens turned.
 pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u64, number: u64) -> Vec<f64> {
     let observation = likelihood.observation();
     let (pixel, edge) = (observation.grid.pixel_scale_arcsec(), 0.9 * observation.grid.half_width_arcsec());
     let step = (number / SHAPES % RADII) as f64 / (RADII - 1) as f64;
     let tried = 3.0 * pixel * (edge / (3.0 * pixel)).max(1.0).powf(step);
     let takes_all = !number.is_multiple_of(SHAPES);
-    let radius = known.filter(|known| takes_all || known.is_radius_certain);
+    let radius = known.filter(|known| takes_all || known.maximum.is_some());
     let einstein_radius = radius.map_or(tried, |known| known.einstein_radius_arcsec);
     let known = known.filter(|_| takes_all);
     let mut rng = stream(seed, number, Stage::Start, 0);
     let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
     let spread = if number / (RADII * SHAPES) >= ROUNDS_NEAR { FAR } else { NEAR };
+    if let Some(maximum) = known.filter(|known| known.turns(number)).and_then(|known| known.maximum.as_ref())
+    {
+        let scatter = if (number / SHAPES).is_multiple_of(2) { NEAR } else { FAR };
+        let latent = turned(likelihood.model(), maximum, scatter, &mut random);
+        return with_einstein_radius(likelihood, latent, einstein_radius);
+    }
     let free = likelihood.model().free.iter();
     let latent: Vec<f64> = free
         .map(|parameter| {
@@ -97,6 +112,29 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
         })
         .collect();
     with_einstein_radius(likelihood, latent, einstein_radius)
+}
+
+/// A maximum with its lens's ellipticities times one number about −1 (a turn by 90°), the slopes as scattered, and nothing along
+/// the line of sight.
+///
+/// Ellipticity and foreground shear make nearly the same images in several ways, between which climbs find no path.
+fn turned(
+    model: &CompiledModel,
+    maximum: &[f64],
+    scatter: f64,
+    random: &mut impl FnMut() -> f64,
+) -> Vec<f64> {
+    let factor = -1.0 + scatter * random();
+    let value = |(parameter, z): (&FreeParameter, &f64)| match (parameter.part, parameter.parameter.role) {
+        (Part::Lens, Role::Ellipticity) => latent_of(parameter, factor * parameter.prior.at_latent(*z)[0]),
+        (Part::Lens, Role::Shape) => *z + scatter * random(),
+        (Part::LineOfSight, _) => match parameter.parameter.guess {
+            Guess::Fixed(value) => latent_of(parameter, value),
+            _ => 0.0,
+        },
+        _ => *z,
+    };
+    model.free.iter().zip(maximum).map(value).collect()
 }
 
 fn latent_of(parameter: &FreeParameter, value: f64) -> f64 {
@@ -143,12 +181,14 @@ fn half_light_radius(observation: &Observation) -> f64 {
     inside.map_or(1.0, |(radius, _)| *radius).max(observation.grid.pixel_scale_arcsec())
 }
 
-/// Whether a parameter belongs to the line of sight or is the Sérsic index of a source.
-pub(super) fn held_at_first(likelihood: &ImageLikelihood) -> Vec<bool> {
-    let is_held = |parameter: &FreeParameter| match parameter.part {
-        Part::LineOfSight => true,
-        Part::Source => parameter.parameter.role == Role::Shape,
-        Part::Lens | Part::LensLight => false,
+/// What the first climb from guess number `number` holds: the line of sight and the Sérsic indices of the sources, or, of a lens
+/// that was turned, its ellipticities, to which the line of sight is to adapt.
+pub(super) fn held_at_first(likelihood: &ImageLikelihood, known: Option<&Known>, number: u64) -> Vec<bool> {
+    let is_turned = known.is_some_and(|known| known.turns(number));
+    let is_held = |parameter: &FreeParameter| match (parameter.part, parameter.parameter.role) {
+        (Part::Lens, Role::Ellipticity) => is_turned,
+        (Part::LineOfSight, _) | (Part::Source, Role::Shape) => !is_turned,
+        _ => false,
     };
     likelihood.model().free.iter().map(is_held).collect()
 }

@@ -31,10 +31,12 @@ const SAME: f64 = 1.0;
 ///
 /// Sizes are guessed from the image: Einstein radii from 3 pixels to its edge in logarithmic steps, source radii as a
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
-/// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum has
-/// been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
-/// Then it is challenged: in a round of guesses with its Einstein radius, two of three with its lights, lens and line of sight
-/// begin anew. The maximum is taken when nothing higher is found so, else the search goes on.
+/// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum so far
+/// has been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
+/// Then it is challenged: in a round of guesses with its Einstein radius a third begins anew, a third with its lights but
+/// another lens, a third with its lens turned or mirrored behind an empty line of sight; what climbs back is followed no
+/// further. The maximum is taken when nothing higher is found so, in two rounds if its χ² is above what noise leaves, else
+/// the search goes on.
 ///
 /// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
 /// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as
@@ -47,8 +49,10 @@ pub struct StartSearch {
     rounds: u64,
     /// The finalists of all rounds, the highest first.
     finals: Vec<Maximum>,
-    /// Whether the highest has been challenged.
-    withstood: bool,
+    /// Whether the maximum that was the highest then has been reached twice.
+    is_found_twice: bool,
+    /// Challenges that the highest has withstood.
+    withstood: u64,
     evaluations: u64,
 }
 
@@ -58,6 +62,13 @@ impl StartSearch {
         self.finals.first()
     }
 
+    /// The maxima within 3 of the highest in ln p, which draws of the posterior should reach.
+    pub(in crate::inference) fn high(&self) -> impl Iterator<Item = &Maximum> {
+        const BELOW: f64 = 3.0;
+        let least = self.best().map_or(f64::INFINITY, |best| best.log_posterior - BELOW);
+        self.finals.iter().take_while(move |maximum| maximum.log_posterior > least)
+    }
+
     /// Evaluations of the likelihoods so far, the simpler model's too.
     pub fn evaluations(&self) -> u64 {
         self.evaluations + self.simpler.as_ref().map_or(0, |simpler| simpler.evaluations())
@@ -65,16 +76,13 @@ impl StartSearch {
 
     /// Whether the highest maximum is taken for the posterior's own.
     pub fn is_done(&self, likelihood: &ImageLikelihood) -> bool {
-        self.rounds >= MOST_ROUNDS || self.withstood && self.is_found(likelihood)
+        let challenges = || fewest(likelihood, &self.finals[0]).challenges;
+        self.rounds >= MOST_ROUNDS || self.is_found(likelihood) && self.withstood >= challenges()
     }
 
     /// Whether guesses have reached the highest maximum often enough.
     fn is_found(&self, likelihood: &ImageLikelihood) -> bool {
-        self.is_found_twice() && self.rounds >= fewest_rounds(likelihood, &self.finals[0])
-    }
-
-    fn is_found_twice(&self) -> bool {
-        matches!(self.finals.as_slice(), [a, b, ..] if a.log_posterior - b.log_posterior < SAME)
+        self.is_found_twice && self.rounds >= fewest(likelihood, &self.finals[0]).rounds
     }
 
     /// The next round.
@@ -85,7 +93,7 @@ impl StartSearch {
         let mut known = None;
         if let Some(simpler) = likelihood.simpler() {
             let search = self.simpler.get_or_insert_default();
-            if !(search.is_found_twice() || search.rounds >= ROUNDS_NEAR) {
+            if !(search.is_found_twice || search.rounds >= ROUNDS_NEAR) {
                 return search.round(&simpler, None, (seed, "power law"), monitor);
             }
             known = search.best().and_then(|highest| Known::from_simpler(simpler.model(), highest));
@@ -112,7 +120,12 @@ impl StartSearch {
         self.finals.extend(finals);
         self.finals.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
         let is_higher = |highest| self.finals[0].log_posterior - highest >= SAME;
-        self.withstood = (self.withstood || is_challenge) && !highest.is_some_and(is_higher);
+        self.is_found_twice |=
+            matches!(self.finals.as_slice(), [a, b, ..] if a.log_posterior - b.log_posterior < SAME);
+        self.withstood += u64::from(is_challenge);
+        if highest.is_some_and(is_higher) {
+            self.withstood = 0;
+        }
         Ok(())
     }
 
@@ -134,15 +147,21 @@ pub fn find_start(likelihood: &ImageLikelihood, seed: u64, monitor: &dyn Monitor
     search.best().cloned().ok_or_else(|| no_model(likelihood))
 }
 
-/// Rounds before which a maximum that was found twice is not taken: more, the more its χ² is above what noise leaves, less
-/// than three of its deviations, √(2/N) per degree of freedom, above one.
-fn fewest_rounds(likelihood: &ImageLikelihood, start: &Maximum) -> u64 {
+/// What a maximum that was found twice must have behind it before it is taken.
+struct Fewest {
+    rounds: u64,
+    challenges: u64,
+}
+
+/// The more, the more its χ² is above what noise leaves: less than three of its deviations, √(2/N) per degree of freedom,
+/// above one.
+fn fewest(likelihood: &ImageLikelihood, start: &Maximum) -> Fewest {
     let image = likelihood.image(&likelihood.model().at_latent(&start.latent).0);
     let of_noise = 1.0 + 3.0 * (2.0 / likelihood.degrees_of_freedom()).sqrt();
     match image.map(|image| likelihood.chi2_reduced(&image)) {
-        Some(chi2) if chi2 < of_noise => 1,
-        Some(chi2) if chi2 < GROSS_MISFIT => ROUNDS_NEAR,
-        _ => MOST_ROUNDS,
+        Some(chi2) if chi2 < of_noise => Fewest { rounds: 1, challenges: 1 },
+        Some(chi2) if chi2 < GROSS_MISFIT => Fewest { rounds: ROUNDS_NEAR, challenges: 2 },
+        _ => Fewest { rounds: MOST_ROUNDS, challenges: 0 },
     }
 }
 
@@ -161,27 +180,34 @@ fn search_round(
     };
     let noisier: Vec<CountedLikelihood> = noisier.iter().map(|noisier| counter.watch(noisier)).collect();
     let own = counter.watch(likelihood);
-    let first = noisier.first().unwrap_or(&own);
-    // First with the line of sight as it is guessed and the sources smooth.
-    let held = held_at_first(likelihood);
-    let smooth = (round * RADII * SHAPES..(round + 1) * RADII * SHAPES)
-        .into_par_iter()
-        .filter_map(|number| {
-            let climbed = climb(first, guess(likelihood, known, seed, number), &held, ROUGH_ITERATIONS);
-            task.advance(1);
-            climbed
-        })
-        .collect();
-    task.tell(&format!("{title}: the best {FREED}"));
-    let free = best(smooth, FREED)
-        .into_par_iter()
-        .filter_map(|start| climb(first, start.latent, &[], ROUGH_ITERATIONS))
-        .collect();
-    task.tell(&format!("{title}: the best {FINALISTS}"));
-    let finals = best(free, FINALISTS)
-        .into_par_iter()
-        .filter_map(|start| climb_through(&noisier, &own, start.latent))
-        .collect();
+    let is_turned = |number: &u64| known.is_some_and(|known| known.turns(*number));
+    let numbers = round * RADII * SHAPES..(round + 1) * RADII * SHAPES;
+    let (turned, others): (Vec<u64>, Vec<u64>) = numbers.partition(is_turned);
+    let mut finals = Vec::new();
+    // A maximum that is known, its lens turned, needs no noise; each kind has its own finalists.
+    for (numbers, noisier) in [(turned, [].as_slice()), (others, noisier.as_slice())] {
+        let first = noisier.first().unwrap_or(&own);
+        // First with the line of sight as it is guessed and the sources smooth.
+        let smooth = numbers
+            .into_par_iter()
+            .filter_map(|number| {
+                let held = held_at_first(likelihood, known, number);
+                let climbed = climb(first, guess(likelihood, known, seed, number), &held, ROUGH_ITERATIONS);
+                task.advance(1);
+                climbed
+            })
+            .collect();
+        task.tell(&format!("{title}: the best {FREED}"));
+        let came_back = |start: &Maximum| known.is_some_and(|known| known.is_near(&start.latent));
+        let free = best(smooth, FREED)
+            .into_par_iter()
+            .filter_map(|start| climb(first, start.latent, &[], ROUGH_ITERATIONS))
+            .filter(|start| !came_back(start))
+            .collect();
+        task.tell(&format!("{title}: the best {FINALISTS}"));
+        let best = best(free, FINALISTS).into_par_iter();
+        finals.par_extend(best.filter_map(|start| climb_through(noisier, &own, start.latent)));
+    }
     best(finals, FINALISTS)
 }
 
