@@ -21,7 +21,7 @@ pub struct HaloTidal {
     pub g_per_arcsec: Vec<Complex<f64>>,
     /// Relative variation Δ_h of the shear across the scale asked for.
     pub delta: Vec<f64>,
-    /// Averages over the ring of that scale about the ray, and over the disc inside it.
+    /// Averages over the ring of that scale about the axis, and over the disc inside it; none along another ray.
     pub averages: Vec<RingAndDisc>,
 }
 
@@ -31,10 +31,15 @@ impl HaloTidal {
     /// # Errors
     /// When a halo of the catalogue has parameters that no profile allows.
     pub fn of(haloes: &HaloCatalogue, theta_e_arcsec: f64) -> crate::Result<Self> {
-        Self::along(haloes, theta_e_arcsec, |_| [0.0; 2])
+        let averages = |i: usize| {
+            let distance = haloes.theta_x_arcsec[i].hypot(haloes.theta_y_arcsec[i]);
+            Ok(averages(&haloes.profile(i)?, distance, theta_e_arcsec))
+        };
+        let averages = (0..haloes.len()).into_par_iter().map(averages).collect::<crate::Result<_>>()?;
+        Ok(Self { averages, ..Self::along(haloes, theta_e_arcsec, |_| [0.0; 2])? })
     }
 
-    /// As [`Self::of`], where a ray meets the plane of halo `i` in the direction `ray(i)` instead of 0.
+    /// As [`Self::of`] without averages, where a ray meets the plane of halo `i` in the direction `ray(i)` instead of 0.
     ///
     /// # Errors
     /// As [`Self::of`].
@@ -45,19 +50,16 @@ impl HaloTidal {
     ) -> crate::Result<Self> {
         let row = |i: usize| {
             let (profile, ray) = (haloes.profile(i)?, ray(i));
-            let centre = [haloes.theta_x_arcsec[i] - ray[0], haloes.theta_y_arcsec[i] - ray[1]];
-            let averages = averages(&profile, ray, centre[0].hypot(centre[1]), theta_e_arcsec);
-            Ok((single_halo(&profile, ray, theta_e_arcsec), flexion(&profile, ray), averages))
+            Ok((single_halo(&profile, ray, theta_e_arcsec), flexion(&profile, ray)))
         };
         let rows: Vec<_> = (0..haloes.len()).into_par_iter().map(row).collect::<crate::Result<_>>()?;
         let mut columns = Self::default();
-        for ((kappa, variation), [f, g], averages) in rows {
+        for ((kappa, variation), [f, g]) in rows {
             columns.kappa.push(kappa);
             columns.gamma.push(variation.gamma);
             columns.f_per_arcsec.push(f);
             columns.g_per_arcsec.push(g);
             columns.delta.push(variation.delta);
-            columns.averages.push(averages);
         }
         Ok(columns)
     }
@@ -81,11 +83,11 @@ fn flexion(profile: &MassModel, [x, y]: [f64; 2]) -> [Complex<f64>; 2] {
     [Complex::new(t[0] + t[2], t[1] + t[3]) * 0.25, Complex::new(t[0] - 3.0 * t[2], 3.0 * t[1] - t[3]) * 0.25]
 }
 
-/// Averages about a ray that passes a halo at `distance`.
+/// Averages about the axis, which passes a halo at `distance`.
 ///
 /// With N places the error is about (R/distance)^(N−2), or the inverse inside the ring: 1e-6 and less but for haloes
 /// between R/2 and 2R, where it falls as their distance from the ring.
-fn averages(profile: &MassModel, ray: [f64; 2], distance: f64, radius: f64) -> RingAndDisc {
+fn averages(profile: &MassModel, distance: f64, radius: f64) -> RingAndDisc {
     let points = match distance / radius {
         far if far > 10.0 => 8,
         far if far > 4.0 => 12,
@@ -93,7 +95,7 @@ fn averages(profile: &MassModel, ray: [f64; 2], distance: f64, radius: f64) -> R
         _ => 32,
     };
     RingAndDisc::of(radius, points, |_, [cos, sin]| {
-        let at = [ray[0] + radius * cos, ray[1] + radius * sin];
+        let at = [radius * cos, radius * sin];
         let [f_per_arcsec, g_per_arcsec] = flexion(profile, at);
         let [x, y] = profile.deflection(at[0], at[1]);
         let gamma = shear(profile, at[0], at[1]);
@@ -142,7 +144,7 @@ mod tests {
         let radius = 1.2;
         for centre in [[3.0, -1.0], [0.3, 0.2], [0.9, 0.4], [14.0, 2.0]] {
             let halo = MassModel::Nfw(Nfw::new(0.7, 0.02, centre).unwrap());
-            let got = averages(&halo, [0.0; 2], f64::hypot(centre[0], centre[1]), radius);
+            let got = averages(&halo, f64::hypot(centre[0], centre[1]), radius);
             let zero = Complex::new(0.0, 0.0);
             let mean = |places: &[[f64; 2]], of: &dyn Fn([f64; 2]) -> Complex<f64>| {
                 places.iter().fold(zero, |sum, at| sum + of(*at)) / places.len() as f64
@@ -172,8 +174,7 @@ mod tests {
     #[test]
     fn far_from_a_halo_all_three_variations_are_one() {
         let halo = MassModel::Nfw(Nfw::new(0.7, 0.02, [200.0, 90.0]).unwrap());
-        let (averages, (_, point)) =
-            (averages(&halo, [0.0; 2], 219.0, 1.0), single_halo(&halo, [0.0; 2], 1.0));
+        let (averages, (_, point)) = (averages(&halo, 219.0, 1.0), single_halo(&halo, [0.0; 2], 1.0));
         for delta in [averages.ring.delta, averages.disc.delta] {
             assert!((delta / point.delta - 1.0).abs() < 0.01, "{delta} {}", point.delta);
         }

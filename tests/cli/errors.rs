@@ -122,7 +122,7 @@ fn a_configuration_that_is_no_text_no_file_or_given_twice_is_refused() {
 fn a_population_too_large_for_memory_is_refused_before_it_is_drawn() {
     let folder = folder();
     fs::write(folder.path("my.toml"), "[haloes]\nradius_cmpc = 1e5\nmin_point_shear = 0.0").unwrap();
-    let wanted = ["expected number of haloes is 788155353375831", "at most 1e8", "haloes.min_point_shear"];
+    let wanted = ["expected number of haloes is 78815535337583", "at most 1e8", "haloes.min_point_shear"];
     refuses(&folder, "populate my.toml -o haloes.h5", &wanted);
 }
 

@@ -83,7 +83,8 @@ fn tidal_columns(tidal: &HaloTidal, place: &str) -> Vec<Column> {
     ];
     type Region = fn(&RingAndDisc) -> Averaged;
     let (ring, disc): (Region, Region) = (|a| a.ring, |a| a.disc);
-    for (region, of) in [("ring", ring), ("disc", disc)] {
+    let regions = [("ring", ring), ("disc", disc)];
+    for (region, of) in regions.into_iter().filter(|_| !tidal.averages.is_empty()) {
         columns.extend([
             (format!("F1_{region}"), per_arcsec, averaged(of, |a| a.f_per_arcsec.re)),
             (format!("F2_{region}"), per_arcsec, averaged(of, |a| a.f_per_arcsec.im)),
