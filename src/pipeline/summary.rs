@@ -98,7 +98,10 @@ impl Summary {
 impl View {
     /// Tensors, flexions, Δ and positions by name.
     pub fn quantities(&self) -> Quantities {
-        let mut list = vec![("number_of_haloes".to_string(), "", self.number_of_haloes as f64)];
+        let mut list = vec![
+            ("number_of_haloes".to_string(), "", self.number_of_haloes as f64),
+            ("number_in_lens_plane".to_string(), "", self.number_in_lens_plane as f64),
+        ];
         let e = &self.effective;
         for (name, d) in [("od", &e.od), ("os", &e.os), ("ds", &e.ds)] {
             push_tidal(&mut list, name, &d.tidal);

@@ -20,6 +20,8 @@ use crate::profile::mass::{Epl, MassModel};
 pub struct View {
     /// Haloes on this line of sight.
     pub number_of_haloes: usize,
+    /// Of these, haloes at the redshift of the lens: part of it, and of none of the tensors.
+    pub number_in_lens_plane: usize,
     /// od, os, ds and LOS tensors on the axis.
     pub effective: EffectiveLineOfSight,
     /// Total (os) shear and its relative variation.
@@ -99,13 +101,16 @@ impl View {
         let noise = StreamName { seed: config.seed, realisation: noise.0, stage: noise.1 };
         let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise, monitor)?;
         let accuracy = whole.report();
-        let effective = EffectiveLineOfSight::of(line_of_sight, z_lens)?;
+        // Haloes at the lens's redshift are part of the lens.
+        let outside = line_of_sight.without_plane_at(z_lens)?;
+        let effective = EffectiveLineOfSight::of(&outside, z_lens)?;
         let seen =
             Seen { shapes, lens: &lens, lens_light: lens_light.as_ref(), whole: &whole, exposure: &exposure };
-        let los_shears = LosShears::measure(config, line_of_sight, &effective, &seen, &Uncounted(monitor))?;
+        let los_shears = LosShears::measure(config, &outside, &effective, &seen, &Uncounted(monitor))?;
         let (os, theta_e) = (line_of_sight.observer_to_source(), config.diagnostics.theta_e_arcsec);
         Ok(Self {
             number_of_haloes: line_of_sight.len(),
+            number_in_lens_plane: line_of_sight.len() - outside.len(),
             effective,
             los_shears,
             variation: total_variation(&os, theta_e),

@@ -372,3 +372,19 @@ fn full_outputs_and_refused_threads_are_errors_and_no_panics() {
 
 const WIDE_LENS: &str =
     r#"{"z_lens": 0.5, "z_source": 1.5, "lens_model_list": ["SIS"], "kwargs_lens": [{"theta_E": 3.0}]}"#;
+
+#[test]
+fn haloes_in_the_plane_of_the_lens_are_part_of_it() {
+    let config = "[haloes]\ncatalogue = \"mine.csv\"\n[image]\npixels = 12\n[maps]\npoints = 9\n";
+    let haloes = "z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c\n0.5,3.0,1.0,1e11,8\n";
+    let folder = Folder::with(&[("my.toml", config), ("mine.csv", haloes)]);
+    let output = folder.haloray("simulate my.toml -o run");
+    assert!(output.status.success(), "{output:?}");
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(told.contains("1 halo at the redshift of the lens: part of the lens"), "{told}");
+    let text = std::fs::read_to_string(folder.path("run/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let all = &summary["all_haloes"];
+    assert_eq!([&all["number_of_haloes"], &all["number_in_lens_plane"]], [1.0, 1.0]);
+    assert_eq!([&all["gamma1_los"], &all["gamma1_os"]], [0.0, 0.0], "{all}");
+}

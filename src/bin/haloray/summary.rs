@@ -56,6 +56,13 @@ fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) ->
             run.config.diagnostics.kappa_warning
         )?;
     }
+    if run.all.number_in_lens_plane > 0 {
+        writeln!(
+            text,
+            "lens plane   {} at the redshift of the lens: part of the lens, and left out of od, os, ds and LOS",
+            counted(run.all.number_in_lens_plane, "halo", "haloes")
+        )?;
+    }
     writeln!(text, "axis ray     {}", axis_ray(run))?;
     writeln!(text, "matter       {}", matter(&run.matter))?;
     if run.config.image.pixel_sampling == PixelSampling::Point {

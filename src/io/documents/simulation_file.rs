@@ -84,7 +84,7 @@ fn tidal_columns(tidal: &HaloTidal, place: &str) -> Vec<Column> {
     type Region = fn(&RingAndDisc) -> Averaged;
     let (ring, disc): (Region, Region) = (|a| a.ring, |a| a.disc);
     let regions = [("ring", ring), ("disc", disc)];
-    for (region, of) in regions.into_iter().filter(|_| !tidal.averages.is_empty()) {
+    for (region, of) in regions.into_iter().filter(|_| tidal.averages.len() == tidal.kappa.len()) {
         columns.extend([
             (format!("F1_{region}"), per_arcsec, averaged(of, |a| a.f_per_arcsec.re)),
             (format!("F2_{region}"), per_arcsec, averaged(of, |a| a.f_per_arcsec.im)),

@@ -83,6 +83,34 @@ impl LineOfSight {
         Ok(Self { background, z_source, chi_source_cmpc, planes, reference, axis })
     }
 
+    /// Number of haloes in the very plane of redshift `z`.
+    ///
+    /// # Errors
+    /// When z is not between 0 and the source.
+    pub fn number_at(&self, z: f64) -> Result<usize> {
+        let chi = self.distance(z)?;
+        Ok(self.planes.iter().filter(|plane| plane.chi_cmpc == chi).count())
+    }
+
+    /// The line of sight without the haloes in the very plane of redshift `z`: those at a lens's redshift are part of the lens.
+    ///
+    /// # Errors
+    /// When z is not between 0 and the source.
+    pub fn without_plane_at(&self, z: f64) -> Result<Self> {
+        if self.number_at(z)? == 0 {
+            return Ok(self.clone());
+        }
+        let chi = self.distance(z)?;
+        let mut planes: Vec<Plane> = self.planes.iter().filter(|p| p.chi_cmpc != chi).cloned().collect();
+        let axis = Axis::through(&mut planes, |plane, ray| {
+            if self.reference == Reference::Straight {
+                let before = self.axis.at(plane.chi_cmpc).direction_arcsec();
+                plane.centre_arcsec = [0, 1].map(|c| plane.centre_arcsec[c] + ray[c] - before[c]);
+            }
+        });
+        Ok(Self { planes: Arc::new(planes), axis: Arc::new(axis), ..self.clone() })
+    }
+
     /// The directions x/χ in which the axis ray, bent by the haloes, meets comoving distances; arcsec.
     ///
     /// For a straight reference these are the directions by which planes at those distances are moved to keep it straight.
@@ -323,6 +351,32 @@ mod tests {
                     let second = (up.jacobian[i][2 * k + c] - down.jacobian[i][2 * k + c]) / (2.0 * step);
                     assert!((composed.second_per_arcsec[i][3 * k + 2 * c] - second).abs() < 1e-6);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_plane_it_is_as_if_its_haloes_had_never_been() {
+        let all = [(0.9, 1.0, 0.5), (0.2, -2.0, 0.1), (0.5, 0.3, -3.0), (1.2, 5.0, 2.0), (0.5, 0.2, 0.4)];
+        for reference in [Reference::Bent, Reference::Straight] {
+            let of = |haloes: &[(f64, f64, f64)]| {
+                let column = |of: fn(&(f64, f64, f64)) -> f64| haloes.iter().map(of).collect::<Vec<f64>>();
+                let masses = HaloMasses::Angles {
+                    r_s_arcsec: vec![2.0; haloes.len()],
+                    alpha_rs_arcsec: vec![0.05; haloes.len()],
+                };
+                let theta = [column(|h| h.1), column(|h| h.2)];
+                let haloes =
+                    HaloCatalogue::new(1.5, &Background::paper(), column(|h| h.0), theta, masses).unwrap();
+                LineOfSight::along(reference, &haloes, &Sheets::OnAxis).unwrap()
+            };
+            let (whole, wanted) = (of(&all), of(&[all[0], all[1], all[3]]));
+            assert_eq!(whole.number_at(0.5).unwrap(), 2);
+            let (got, theta) = (whole.without_plane_at(0.5).unwrap(), [[0.0, 0.0], [0.7, -0.3]]);
+            let [got, wanted] =
+                [got, wanted].map(|sight| sight.observer_to_source().map(&theta, Order::Jacobian));
+            for (a, b) in got.jacobian.iter().flatten().zip(wanted.jacobian.iter().flatten()) {
+                assert!((a - b).abs() < 1e-13, "{a} {b}");
             }
         }
     }
