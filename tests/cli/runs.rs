@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use crate::folder::Folder;
 use crate::quick_run::{SMALL, folder, numbers, succeeds};
 use haloray::io::{ImageFile, Table};
 
