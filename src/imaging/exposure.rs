@@ -22,13 +22,13 @@ pub struct Exposure {
     pub noisy_e_s: Vec<f64>,
 }
 
-/// What the adaptive pixel integral refines to, over the background rms. The worst pixel of ten images was off by 3.6 times
-/// as much from the mean of 512² samples: a cusp can hide between the places where expansions are compared.
+/// What the adaptive pixel integral refines to, over the background rms. Single pixels are off by more from the mean of 512²
+/// samples, the worst that were met by 7 times as much: a cusp can hide between the places where expansions are compared.
 const TOLERANCE_OF_BACKGROUND_RMS: f64 = 0.01;
 
 /// Exposes a scene.
 ///
-/// Pixel fluxes are integrated to 1% of the background rms, 4% in the worst pixels, convolved with `psf`, and the noise of that
+/// Pixel fluxes are integrated to 1% of the background rms, 7% in the worst pixels met, convolved with `psf`, and the noise of that
 /// stream is added.
 ///
 /// # Errors
