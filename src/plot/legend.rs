@@ -54,7 +54,7 @@ fn sample(svg: &mut Svg, shape: &Shape, (x, middle): (f64, f64), width: f64) {
     match shape {
         Shape::Histogram { stroke, .. } => block(*stroke, HISTOGRAM_OPACITY),
         Shape::Region { stroke, opacity, .. } => block(*stroke, *opacity),
-        Shape::Line { stroke, .. } => {
+        Shape::Line { stroke, .. } | Shape::Rule { stroke, .. } => {
             svg.stroked_path(&format!("M{}h{}", point((x, middle)), number(width)), *stroke);
         }
         Shape::Dots { radius_pt, colour, .. } => svg.disc(centre, radius_pt.max(1.6), *colour),

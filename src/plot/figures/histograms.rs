@@ -21,6 +21,7 @@ pub fn histograms(effects: [&[f64]; 3], delta_of_disc: &[f64], delta_threshold: 
     let (edges, counts) = log_bins(delta_of_disc);
     let over_disc = Shape::Histogram { edges, counts, stroke: Stroke::solid(Colour::BLACK, 0.6) };
     let threshold = Mark::rule(Rule::X(delta_threshold), Stroke::dashed(Colour::BLACK, 0.9));
+    figure.panels[2].marks[0].legend = "at two points".into();
     figure.panels[2].marks.extend([
         Mark::from(over_disc).named("over a disc"),
         threshold.named(format!("Δ_{{h}} = {delta_threshold}")),
