@@ -1,13 +1,17 @@
 //! From a mapping to an exposure: sky grid, source light, pixel integration, PSF, noise.
 
+mod blur;
 mod exposure;
+mod gaussian_blur;
 mod grid;
 mod instrument;
+mod kernel_transform;
 mod noise;
 mod pixels;
 mod psf;
 mod scene;
 
+pub use blur::Blur;
 pub use exposure::{Exposure, expose};
 pub use grid::SkyGrid;
 pub use instrument::Instrument;

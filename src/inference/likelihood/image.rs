@@ -6,6 +6,7 @@ use super::amplitudes::{By, ImageFit, combine, informations};
 use super::latent::{Curvature, LatentLikelihood, NoCurvature};
 use super::observation::Observation;
 use crate::error::Result;
+use crate::imaging::Blur;
 use crate::inference::model::{CompiledModel, Evaluation, LikelihoodKind, Mesh};
 use crate::monitor::Monitor;
 
@@ -16,6 +17,7 @@ pub struct ImageLikelihood {
     pub(super) observation: Observation,
     pub(super) model: CompiledModel,
     kind: LikelihoodKind,
+    blur: Blur,
     pub(super) mesh: Mesh,
 }
 
@@ -46,7 +48,8 @@ impl ImageLikelihood {
         observation.validate()?;
         let mut mesh = Mesh::of_centres(&observation.psf.model_grid(&observation.grid));
         model.carry(&mut mesh, monitor)?;
-        Ok(Self { observation, model, kind, mesh })
+        let blur = Blur::new(&observation.psf, observation.grid.pixels());
+        Ok(Self { observation, model, kind, blur, mesh })
     }
 
     /// The image.
@@ -79,9 +82,8 @@ impl ImageLikelihood {
 
     /// Unit-amplitude images of the lights.
     fn lights(&self, at: &Evaluation) -> Vec<Vec<f64>> {
-        let n = self.observation.grid.pixels();
         let samples = at.brightness(&self.mesh);
-        samples.iter().map(|b| self.observation.psf.convolve(&self.mesh.integrate(b), n)).collect()
+        samples.iter().map(|b| self.blur.convolve(&self.mesh.integrate(b))).collect()
     }
 
     pub(super) fn fit(&self, free: &[f64], by: By) -> Option<(Evaluation<'_>, Vec<Vec<f64>>, ImageFit)> {
@@ -127,12 +129,8 @@ impl ImageLikelihood {
 
     /// ∂lnL/∂z from the adjoint images.
     fn gradient(&self, at: &Evaluation, fit: &ImageFit, slopes: &[f64]) -> Vec<f64> {
-        let n = self.observation.grid.pixels();
-        let adjoint: Vec<Vec<f64>> = fit
-            .adjoint
-            .iter()
-            .map(|image| self.mesh.distribute(&self.observation.psf.convolve_transposed(image, n)))
-            .collect();
+        let adjoint: Vec<Vec<f64>> =
+            fit.adjoint.iter().map(|image| self.mesh.distribute(&self.blur.transposed(image))).collect();
         let by_free = at.pull_back(&self.mesh, &adjoint);
         by_free.iter().zip(slopes).map(|(d, slope)| d * slope).collect()
     }
@@ -165,14 +163,14 @@ impl LatentLikelihood for ImageLikelihood {
         let (at, lights, fit) = self.fit(&free, By::Model).ok_or(NoCurvature::ZeroLikelihood)?;
         let [information, _] = informations(&self.observation, &combine(&lights, &fit.amplitudes));
         let root: Vec<f64> = information.iter().map(|f| f.sqrt()).collect();
-        let (n, pixels) = (self.observation.grid.pixels(), root.len());
+        let pixels = root.len();
         let mut gradient = -DVector::from_column_slice(latent);
         // Columns ∂m/∂p, then B, each times √f.
         let mut columns = DMatrix::zeros(pixels, slopes.len() + lights.len());
         let (of_free, of_lights) = columns.as_mut_slice().split_at_mut(pixels * slopes.len());
         let samples = at.columns(&self.mesh, &fit.amplitudes);
         for (i, (samples, column)) in samples.iter().zip(of_free.chunks_exact_mut(pixels)).enumerate() {
-            self.observation.psf.convolve_into(&self.mesh.integrate(samples), n, column);
+            self.blur.convolve_into(&self.mesh.integrate(samples), column);
             gradient[i] += slopes[i] * dot(&fit.adjoint[0], column);
             column.iter_mut().zip(&root).for_each(|(v, root)| *v *= root);
         }
