@@ -1,6 +1,6 @@
 //! The square of sky in which images and critical curves are looked for.
 
-use crate::error::{Result, require};
+use crate::error::{Domain, Result};
 use crate::mapping::{Mapping, Order};
 
 /// Points on each side of the edge where the deflection is measured.
@@ -35,7 +35,7 @@ impl SkyWindow {
     /// # Errors
     /// Unless the half width is positive and finite.
     pub fn about_axis(half_width_arcsec: f64, lens_centres_arcsec: Vec<[f64; 2]>) -> Result<Self> {
-        require(half_width_arcsec > 0.0, "half_width_arcsec", half_width_arcsec, "positive")?;
+        Domain::POSITIVE.check("half_width_arcsec", half_width_arcsec)?;
         Ok(Self { centre_arcsec: [0.0; 2], half_width_arcsec, cells: Self::CELLS, lens_centres_arcsec })
     }
 

@@ -280,36 +280,8 @@ fn key_before(key: &Option<String>, cause: &Error) -> String {
     }
 }
 
-/// Checks that a value is finite and satisfies `condition`, or says what is allowed.
-pub fn require(condition: bool, what: &str, value: f64, allowed: &str) -> Result<()> {
-    match (condition, value.is_finite()) {
-        (true, true) => Ok(()),
-        (_, false) if !allowed.contains("finite") => {
-            Err(Error::out_of_range(what, value, &format!("a finite number, {allowed}")))
-        }
-        _ => Err(Error::out_of_range(what, shortest(value), allowed)),
-    }
-}
-
 /// The shortest decimal that reads back to the same bits: `0.5`, `17`, `6.2e-9`, `1e300`.
 pub(crate) fn shortest(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").map_or(text.clone(), String::from)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_number_that_is_not_finite_is_told_to_be_finite() {
-        let message = |value, allowed| require(false, "radius", value, allowed).unwrap_err().to_string();
-        assert_eq!(
-            message(f64::INFINITY, "positive"),
-            "radius is inf, but must be a finite number, positive"
-        );
-        assert_eq!(message(f64::NAN, "finite"), "radius is NaN, but must be finite");
-        assert_eq!(message(-1e300, "positive"), "radius is -1e300, but must be positive");
-        assert!(require(true, "radius", f64::INFINITY, "positive").is_err());
-    }
 }

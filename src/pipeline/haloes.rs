@@ -8,7 +8,7 @@ use crate::config::{Config, Draw, HALO_MASS_DEFINITION, SheetModel};
 use crate::constants::ARCSEC_RAD;
 use crate::cosmology::{Background, LinearTheory};
 use crate::diagnostics::HaloTidal;
-use crate::error::{Result, require};
+use crate::error::{Error, Result};
 use crate::halo::concentration::ConcentrationTable;
 use crate::halo::{
     DrawnHaloes, Epoch, HaloCatalogue, HaloMasses, Population, draw_brute_force, draw_direct,
@@ -213,14 +213,12 @@ fn draw(
     monitor: &dyn Monitor,
 ) -> Result<(HaloCatalogue, Option<u64>)> {
     let expected = population.expected_number_kept();
-    require(
-        expected <= EXPECTED_NUMBER_MAX,
-        "the expected number of haloes",
-        expected.round(),
-        &format!(
+    if expected > EXPECTED_NUMBER_MAX {
+        let allowed = format!(
             "at most {EXPECTED_NUMBER_MAX:e}; raise haloes.min_point_shear or mass_min_msun, or lower radius_cmpc"
-        ),
-    )?;
+        );
+        return Err(Error::out_of_range("the expected number of haloes", expected.round(), &allowed));
+    }
     let (name, units) = match config.haloes.draw {
         Draw::Direct => ("draw the haloes that pass the cut", expected),
         Draw::BruteForce => ("draw all haloes", population.expected_number_drawn()),

@@ -270,6 +270,8 @@ fn point_spread_functions_that_are_none_are_refused() {
     refuses(&folder, "image my.toml -o image.fits", &["psf.fits: ", "PSF holds NaN; finite numbers only"]);
     fs::write(folder.path("psf.fits"), "P2 3 3").unwrap();
     refuses(&folder, "simulate my.toml -o run", &["psf.fits: is not a FITS file"]);
+    // After --fit the file is the configuration all the same.
+    refuses(&folder, "simulate --fit my.toml -o run", &["psf.fits: is not a FITS file"]);
     fs::remove_file(folder.path("psf.fits")).unwrap();
     refuses(&folder, "simulate my.toml -o run", &["cannot read psf.fits"]);
 }

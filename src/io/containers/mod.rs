@@ -32,6 +32,7 @@ pub use provenance::Provenance;
 pub use run_file::RunFile;
 pub use run_file_reader::RunFileReader;
 pub use staging::Staging;
+pub(crate) use table::refuse_non_finite;
 pub use table::{Column, Table, Values};
 pub use temporaries::{folders_written_to, remove_temporaries};
 pub(super) use unit::arcsec_in;

@@ -7,6 +7,7 @@ use hdf5::{File, Location};
 use super::attribute::AttributeValue;
 use super::hdf5_objects as objects;
 use super::provenance::Provenance;
+use super::table::refuse_non_finite;
 use crate::error::{Error, Result};
 
 /// An HDF5 file of results, being written; [`RunFileReader`](super::RunFileReader) reads it back.
@@ -41,7 +42,10 @@ impl RunFile {
         objects::group_or_new(&self.path, &self.file, name).map(drop)
     }
 
-    /// Writes a list of numbers; `unit` is empty for pure numbers.
+    /// Writes a list of finite numbers; `unit` is empty for pure numbers.
+    ///
+    /// # Errors
+    /// [`Error::Table`] with row and name for a number that is not finite, also from [`Self::write_2d`].
     pub fn write_1d(
         &self,
         group: &str,
@@ -66,7 +70,25 @@ impl RunFile {
         self.write_array(group, name, data, &[shape.0, shape.1], unit, description)
     }
 
+    /// [`Self::write_1d`] for a user's own numbers, among which there may be gaps.
+    pub fn write_1d_with_gaps(&self, group: &str, name: &str, data: &[f64], unit: &str) -> Result<()> {
+        self.write_any(group, name, data, &[data.len()], unit, "")
+    }
+
     fn write_array(
+        &self,
+        group: &str,
+        name: &str,
+        data: &[f64],
+        shape: &[usize],
+        unit: &str,
+        description: &str,
+    ) -> Result<()> {
+        refuse_non_finite(&self.path, &format!("{group}/{name}"), data)?;
+        self.write_any(group, name, data, shape, unit, description)
+    }
+
+    fn write_any(
         &self,
         group: &str,
         name: &str,
@@ -121,6 +143,12 @@ mod tests {
         assert!(!error.is_bad_input());
         let run = RunFile::create(&folder.path().join("run.h5"), &provenance).unwrap();
         run.write_1d("rays", "x", &[1.0], "", "").unwrap();
+        let error = run.write_1d("rays", "y", &[2.0, f64::INFINITY], "", "").unwrap_err().to_string();
+        assert!(
+            error.ends_with("row 2, column rays/y: the result is inf, no finite number; nothing is written"),
+            "{error}"
+        );
+        run.write_1d_with_gaps("rays", "z", &[f64::NAN], "").unwrap();
         let error = run.write_1d("rays", "x", &[2.0], "", "").unwrap_err().to_string();
         assert!(error.contains("dataset x exists already in /rays"), "{error}");
     }

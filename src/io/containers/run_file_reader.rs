@@ -152,7 +152,7 @@ mod tests {
     use super::super::RunFile;
     use super::*;
 
-    const MAP: [f64; 6] = [0.1, -0.2, f64::NAN, 4e-300, 5.0, 6.0];
+    const MAP: [f64; 6] = [0.1, -0.2, -4e300, 4e-300, 5.0, 6.0];
 
     fn write_sample(path: &Path) {
         let run = RunFile::create(path, &Provenance::new(Some(9), "a = 1\n")).unwrap();

@@ -139,11 +139,7 @@ impl Table {
     pub(super) fn check_finite(&self, path: &Path) -> Result<()> {
         for column in self.columns.iter().filter(|column| !self.with_gaps.contains(&column.name)) {
             let Values::F64(values) = &column.values else { continue };
-            if let Some(row) = values.iter().position(|value| !value.is_finite()) {
-                let place = format!("row {}, column {}", row + 1, column.name);
-                let problem = format!("the result is {}, no finite number; nothing is written", values[row]);
-                return Err(Error::table(path, place, problem));
-            }
+            refuse_non_finite(path, &column.name, values)?;
         }
         Ok(())
     }
@@ -269,6 +265,16 @@ impl Table {
             None => format!("row {}", row + 1),
         }
     }
+}
+
+/// Refuses to let a number leave that is none.
+///
+/// # Errors
+/// [`Error::Table`] with row and column.
+pub(crate) fn refuse_non_finite(path: &Path, column: &str, values: &[f64]) -> Result<()> {
+    let Some(row) = values.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+    let problem = format!("the result is {}, no finite number; nothing is written", values[row]);
+    Err(Error::table(path, format!("row {}, column {column}", row + 1), problem))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::inference::sample::{Chain, Chains};
 use crate::io::containers::{
     AttributeValue, Provenance, Values, hdf5_objects as objects, hdf5_reading as reading,
-    netcdf_objects as netcdf,
+    netcdf_objects as netcdf, refuse_non_finite,
 };
 
 /// Group of the parameters, as ArviZ names it.
@@ -38,7 +38,8 @@ pub struct PosteriorVariable {
 /// `group_size` says how many consecutive ones move together.
 ///
 /// # Errors
-/// [`Error::Write`]; [`Error::OutOfRange`] if a variable has other chains or draws than `chains`.
+/// [`Error::Write`]; [`Error::OutOfRange`] if a variable has other chains or draws than `chains`; [`Error::Table`] for a draw that
+/// is no finite number.
 pub fn write_posterior(
     path: &Path,
     provenance: &Provenance,
@@ -46,6 +47,11 @@ pub fn write_posterior(
     chains: &Chains,
     attributes: &[(&str, AttributeValue)],
 ) -> Result<()> {
+    for variable in variables {
+        for (chain, draws) in variable.draws.iter().enumerate() {
+            refuse_non_finite(path, &format!("{} of chain {}", variable.name, chain + 1), draws)?;
+        }
+    }
     let file = objects::create(path)?;
     objects::write_provenance(path, &file, provenance)?;
     let writer = Writer { path, shape: (chains.chains.len(), chains.draws()), text16: netcdf::text16(path)? };

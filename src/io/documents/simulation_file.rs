@@ -56,9 +56,18 @@ fn write_haloes(file: &RunFile, run: &Simulation) -> Result<()> {
         results.push(Column::f64(SHEET_COLUMN, None, kappa.clone()));
     }
     columns.retain(|own| !results.iter().any(|r| r.name == own.name));
-    columns.extend(results);
     file.group("haloes")?;
-    write_columns(file, "haloes", &columns)?;
+    for column in &columns {
+        match &column.values {
+            // A radius of truncation may be infinite, and a user's own columns are kept as they are.
+            Values::F64(values) => {
+                let unit = column.unit.as_deref().unwrap_or("");
+                file.write_1d_with_gaps("haloes", &column.name, values, unit)?;
+            }
+            Values::Text(values) => file.write_text("haloes", &column.name, values, "")?,
+        }
+    }
+    write_columns(file, "haloes", &results)?;
     file.attribute("haloes", "z_source", haloes.catalogue.z_source())
 }
 
