@@ -143,8 +143,12 @@ impl Staging {
         if self.replace != Replace::Beside {
             let is_over = |name: &&str| !names.iter().any(|own| own == name);
             let owned = |name: &&str| former.owns(&self.final_dir, name);
-            remove = former.names().filter(is_over).filter(owned).map(String::from).collect();
-            let manifest = Manifest::of_files(self.folder(), &names);
+            let mut manifest = Manifest::of_files(self.folder(), &names);
+            if self.replace == Replace::Renew {
+                manifest = manifest.map(|manifest| manifest.beside(former));
+            } else {
+                remove = former.names().filter(is_over).filter(owned).map(String::from).collect();
+            }
             let json = manifest.and_then(|manifest| Ok(serde_json::to_string_pretty(&manifest)? + "\n"));
             let path = self.target(MANIFEST);
             json.and_then(|json| fs::write(self.path(MANIFEST), json)).map_err(|e| Error::write(&path, e))?;
