@@ -1,11 +1,14 @@
 //! The folder of a fit: `summary.json`, `posterior.nc`, `model.toml` and figures.
 
+use std::path::Path;
+
 use serde::Serialize;
 
+use super::page::{RunRecord, stage_page};
 use super::staged::{stage_figure, stage_json, stage_text};
 use crate::error::Result;
 use crate::inference::{Fit, ParameterSummary, UnsampledMaximum};
-use crate::io::{PosteriorVariable, Provenance, Staging, write_posterior};
+use crate::io::{PosteriorVariable, Provenance, RunFile, Staging, write_posterior};
 use crate::plot::figures::{
     CornerParameter, CornerPosterior, GridData, TraceParameter, corner, reconstruction, source_plane,
     trace_plot,
@@ -158,6 +161,7 @@ pub fn write_fit(
     staging: &Staging,
     prefix: &str,
     provenance: &Provenance,
+    record: &RunRecord,
 ) -> Result<()> {
     stage_json(staging, &format!("{prefix}summary.json"), summary)?;
     stage_text(staging, &format!("{prefix}model.toml"), &provenance.config_toml)?;
@@ -179,6 +183,8 @@ pub fn write_fit(
     staging.write(format!("{prefix}posterior.nc"), |path| {
         write_posterior(path, provenance, &variables, &fit.chains, &attributes)
     })?;
+    staging
+        .write(format!("{prefix}reconstruction.h5"), |path| write_reconstruction(fit, path, provenance))?;
     let draw = |name: &str, figure: &dyn Fn() -> Option<Figure>| {
         let draw = || Ok(figure().map(|figure| with_verdict(figure, summary)));
         stage_figure(staging, &format!("{prefix}{name}"), draw)
@@ -189,7 +195,30 @@ pub fn write_fit(
     draw("corner", &|| Some(corner_figure(&[("", fit)], &names, truths)))?;
     let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
     draw("corner_shear", &|| (shears.len() > 1).then(|| corner_figure(&[("", fit)], &shears, truths)))?;
-    draw("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1))))
+    draw("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1))))?;
+    stage_page(staging, prefix, record)
+}
+
+/// Data, best fit and residual as they are drawn; NaN where the mask leaves a pixel out.
+fn write_reconstruction(fit: &Fit, path: &Path, provenance: &Provenance) -> Result<()> {
+    let observation = fit.likelihood.observation();
+    let n = observation.grid.pixels();
+    let file = RunFile::create(path, provenance)?;
+    for (name, values, unit, about) in [
+        ("residual", fit.normalised_residuals(), "", "(data - model)/noise"),
+        ("data", used_data(fit), "electron/s", "the image, where it is used"),
+        ("model", fit.image.model_e_s.clone(), "electron/s", "the best fit"),
+    ] {
+        file.write_2d("image", name, &values, (n, n), unit, about)?;
+    }
+    file.attribute("image", "pixel_scale_arcsec", observation.grid.pixel_scale_arcsec())?;
+    file.close()
+}
+
+fn used_data(fit: &Fit) -> Vec<f64> {
+    let observation = fit.likelihood.observation();
+    let masked = observation.data_e_s.iter().zip(&observation.used);
+    masked.map(|(d, used)| if *used { *d } else { f64::NAN }).collect()
 }
 
 /// Corner plot of the named quantities of one or more fits, each with its name in the legend.
@@ -245,8 +274,7 @@ pub fn reconstruction_figure(fit: &Fit) -> Figure {
     let observation = fit.likelihood.observation();
     let sky = observation.grid;
     let grid = |values| GridData::square(values, sky.pixels(), sky.half_width_arcsec());
-    let masked = observation.data_e_s.iter().zip(&observation.used);
-    let data: Vec<f64> = masked.map(|(d, used)| if *used { *d } else { f64::NAN }).collect();
+    let data = used_data(fit);
     let residuals = fit.normalised_residuals();
     let grids = [grid(&data), grid(&fit.image.model_e_s), grid(&residuals)];
     reconstruction(grids, observation.background_rms_e_s, fit.chi2_reduced())

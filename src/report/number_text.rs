@@ -82,8 +82,7 @@ mod tests {
     fn every_size_has_one_form() {
         let shown = [0.00273, 2.11e-4, 0.0, f64::NAN, f64::INFINITY, 1e94, 999_999.96, -0.5]
             .map(|value| number_text(value, 3));
-        let wanted =
-            ["0.00273", "2.11×10⁻⁴", "0", "undefined", "∞", "1.00×10⁹⁴", "1.00×10⁶", "−0.500"];
+        let wanted = ["0.00273", "2.11×10⁻⁴", "0", "undefined", "∞", "1.00×10⁹⁴", "1.00×10⁶", "−0.500"];
         assert_eq!(shown, wanted);
         assert_eq!(signed_text(0.00273, 2), "+0.0027");
         assert_eq!(signed_text(0.0, 2), "0");

@@ -10,6 +10,7 @@ use haloray::report::{cut_figure, markdown_table, result_text, stage_figure};
 
 use crate::bars::Bars;
 use crate::output::{begin, finish_study};
+use crate::record::configured;
 use crate::settings::{Settings, Tracing, check_draws, of_option, provenance, psf};
 use crate::summary::grouped;
 
@@ -50,7 +51,11 @@ pub fn run(args: &CutArgs, bars: &Bars) -> Result<()> {
     let figure = cut_figure(&rows);
     stage_figure(&staging, "cut", || Ok(Some(figure)))?;
     let shows = "changes of κ, γ, F, Δ and of the image against the cut";
-    finish_study(staging, &result_text(&summary(&rows), &[("cut", shows)]), bars)
+    let cuts: Vec<String> = args.cuts.iter().map(|cut| format!("{cut:e}")).collect();
+    let about = "One line of sight with fewer and fewer of its haloes left out: what the shear cut changes.";
+    let arguments = ["--cuts".to_owned(), cuts.join(",")];
+    let record = configured(&staging, "study cut", &arguments, about, &provenance)?;
+    finish_study(staging, &result_text(&summary(&rows), &[("cut", shows)]), &record, bars)
 }
 
 fn largest(row: &CutRow) -> f64 {

@@ -17,7 +17,9 @@ mod map;
 mod mock;
 mod output;
 mod populate;
+mod record;
 mod relations;
+mod report;
 mod saved;
 mod schema;
 mod settings;
@@ -79,6 +81,7 @@ enum Command {
     Images(images::Args),
     Mock(mock::Args),
     Study(study::Args),
+    Report(report::Args),
     Relations(relations::Args),
     Distances(distances::Args),
     Schema(schema::Args),
@@ -127,6 +130,7 @@ fn run(cli: &mut Cli, bars: &Bars) -> Result<ExitCode> {
         Command::Mock(args) => mock::run(args, bars),
         Command::Relations(args) => relations::run(args, bars),
         Command::Distances(args) => distances::run(args),
+        Command::Report(args) => report::run(args, bars),
         Command::Schema(args) => schema::run(args),
         Command::Completions(args) => completions::run(args, Cli::command()),
         Command::Simulate(args) => return Ok(simulate::run(args, bars)?.into()),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use haloray::error::FileFault;
 use haloray::io::{Replace, Staging, check_writable, plain_name};
-use haloray::report::stage_text;
+use haloray::report::{PAGE_FILE, RunRecord, stage_page, stage_text};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -48,8 +48,9 @@ impl Output {
 
 /// A staged folder for results of those names; a user's own files there are safe unless `--overwrite` is given.
 pub fn begin(folder: &Path, names: &[&str], bars: &Bars) -> Result<Staging> {
+    let names: Vec<&str> = names.iter().copied().chain([PAGE_FILE, "report.json"]).collect();
     let replace = if bars.overwrites() { Replace::Any } else { Replace::Own };
-    Staging::begin(folder, names, replace)
+    Staging::begin(folder, &names, replace)
 }
 
 /// Puts the results in their place, and warns of those that could not be made.
@@ -59,8 +60,9 @@ pub fn commit(staging: Staging) -> Result<Vec<PathBuf>> {
 }
 
 /// Stages the result of a study beside its other files, commits its folder and prints what there is.
-pub fn finish_study(staging: Staging, result: &str, bars: &Bars) -> Result<()> {
+pub fn finish_study(staging: Staging, result: &str, record: &RunRecord, bars: &Bars) -> Result<()> {
     stage_text(&staging, "result.md", result)?;
+    stage_page(&staging, "", record)?;
     let files = commit(staging)?;
     if !bars.is_quiet() {
         crate::terminal::print(result);

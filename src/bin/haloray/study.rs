@@ -12,6 +12,7 @@ use crate::advantage::{self, AdvantageArgs};
 use crate::bars::Bars;
 use crate::fit::Outcome;
 use crate::output::{begin, finish_study};
+use crate::record::{configured, option};
 use crate::saved::SavedRows;
 use crate::settings::{Settings, check_draws, provenance};
 
@@ -88,7 +89,15 @@ fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     staging.write("residuals.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
     stage_figure(&staging, "tidal_residuals", || tidal_residual_figure(&config, &rows).map(Some))?;
     let shows = "residuals in β and in the image of the first sightline, and the rms and χ² of all";
-    finish_study(staging, &result_text(&summary(&rows), &[("tidal_residuals", shows)]), bars)?;
+    let all_haloes = if args.all_haloes { "--all-haloes" } else { "" };
+    let number = match args.sightline {
+        Some(sightline) => option("--sightline", sightline, ""),
+        None => option("-n", args.number, 100),
+    };
+    let arguments: Vec<String> = number.into_iter().chain([all_haloes.into()]).collect();
+    let about = "What the tidal and flexion models of the line of sight leave of traced rays and of the image; nothing is fitted.";
+    let record = configured(&staging, "study tidal", &arguments, about, &provenance)?;
+    finish_study(staging, &result_text(&summary(&rows), &[("tidal_residuals", shows)]), &record, bars)?;
     saved.remove();
     Ok(())
 }

@@ -181,6 +181,8 @@ pub enum Replace {
     Any,
     /// Those that an earlier run wrote; its other files stay, and the manifest goes on to list them.
     Renew,
+    /// Whatever bears their names, the manifest as with [`Renew`](Self::Renew).
+    RenewAny,
     /// Whatever bears their names, and no manifest is kept: single files that stand beside a user's own.
     Beside,
 }

@@ -144,7 +144,7 @@ impl Staging {
             let is_over = |name: &&str| !names.iter().any(|own| own == name);
             let owned = |name: &&str| former.owns(&self.final_dir, name);
             let mut manifest = Manifest::of_files(self.folder(), &names);
-            if self.replace == Replace::Renew {
+            if matches!(self.replace, Replace::Renew | Replace::RenewAny) {
                 manifest = manifest.map(|manifest| manifest.beside(former));
             } else {
                 remove = former.names().filter(is_over).filter(owned).map(String::from).collect();

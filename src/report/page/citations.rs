@@ -16,7 +16,10 @@ const OWED: [(&str, &str); 12] = [
     ("\"truncated-nfw\"", "Baltz E. A., Marshall P., Oguri M., 2009, JCAP, 01, 015: truncated haloes"),
     ("[structure]", "Eisenstein D. J., Hu W., 1998, ApJ, 496, 605: the linear power spectrum"),
     ("model = \"minimal\"", "Fleury P., Larena J., Uzan J.-P., 2021, JCAP, 08, 024: the minimal model"),
-    ("model = \"flexion", "Duboscq T., Hogg N. B., Fleury P., Larena J., 2024 (arXiv:2405.12091): the flexion model"),
+    (
+        "model = \"flexion",
+        "Duboscq T., Hogg N. B., Fleury P., Larena J., 2024 (arXiv:2405.12091): the flexion model",
+    ),
     ("\"EPL\"", "Tessore N., Metcalf R. B., 2015, A&A, 580, A79: the elliptical power law"),
     ("[lens]", "Tessore N., Metcalf R. B., 2015, A&A, 580, A79: the elliptical power law"),
 ];

@@ -42,7 +42,11 @@ const CAPTIONS: [(&str, &str, &str); 23] = [
         "What single haloes do",
         "How many haloes have which κ_h, |γ_h| and Δ_h on the axis; right of the threshold a halo acts beyond the tidal regime.",
     ),
-    ("mass_function", "Mass function", "The relation, and the haloes that were drawn over the volume in which they would be kept."),
+    (
+        "mass_function",
+        "Mass function",
+        "The relation, and the haloes that were drawn over the volume in which they would be kept.",
+    ),
     (
         "reconstruction",
         "Data, model, residual",
@@ -56,7 +60,11 @@ const CAPTIONS: [(&str, &str, &str); 23] = [
     ("corner_shear", "Posterior of the shears", "The same for the shears alone."),
     ("corner_all", "Posterior of all parameters", "Every quantity of the fit."),
     ("source", "Source", "The source of the best fit in its plane."),
-    ("trace", "Chains", "Draws of every chain in their order. Chains that agree look like one band without drift."),
+    (
+        "trace",
+        "Chains",
+        "Draws of every chain in their order. Chains that agree look like one band without drift.",
+    ),
     ("mosaic", "Images", "The images of the catalogue, each on its own scale of colours."),
     (
         "tidal_residuals",
@@ -64,24 +72,41 @@ const CAPTIONS: [(&str, &str, &str); 23] = [
         "Above the tidal, below the flexion model: residuals in β and in the image of the first sightline, and those of all.",
     ),
     ("cut", "What the shear cut changes", "Changes against the loosest cut, of tensors and of the image."),
-    ("which_shear", "Which γ_LOS is measured", "How many fits lie within how many σ of γ_LOS by each definition."),
+    (
+        "which_shear",
+        "Which γ_LOS is measured",
+        "How many fits lie within how many σ of γ_LOS by each definition.",
+    ),
     (
         "calibration",
         "Calibration",
         "Ranks of the truth among the draws of each posterior; flat inside the band if posteriors are right.",
     ),
-    ("recovery", "γ_LOS found and put in", "One point an image; on the diagonal, what was put in was found. Arrows: outside the frame."),
+    (
+        "recovery",
+        "γ_LOS found and put in",
+        "One point an image; on the diagonal, what was put in was found. Arrows: outside the frame.",
+    ),
     ("uncertainties", "Uncertainties and residuals", "Histograms over the images, a line a model."),
-    ("quality", "Precision and quality", "Uncertainty and residual against the quality Q of the image, first model."),
+    (
+        "quality",
+        "Precision and quality",
+        "Uncertainty and residual against the quality Q of the image, first model.",
+    ),
     ("contours", "Posteriors of one image", "γ_LOS of the image of median Q by each model."),
-    ("los_of_both", "γ_LOS of both models", "The full model's γ_LOS is derived from its od, os and ds shears."),
+    (
+        "los_of_both",
+        "γ_LOS of both models",
+        "The full model's γ_LOS is derived from its od, os and ds shears.",
+    ),
 ];
 
 /// The figures among `files` of a folder; what did not find room is named in the second list.
 pub(super) fn figures(folder: &Path, files: &[String]) -> (Vec<PageFigure>, Vec<String>) {
     let mut names: Vec<&str> = files.iter().filter_map(|file| file.strip_suffix(".svg")).collect();
     let stem = |name: &str| name.rsplit('/').next().unwrap_or(name).to_owned();
-    let rank = |name: &str| CAPTIONS.iter().position(|(own, _, _)| *own == stem(name)).unwrap_or(CAPTIONS.len());
+    let rank =
+        |name: &str| CAPTIONS.iter().position(|(own, _, _)| *own == stem(name)).unwrap_or(CAPTIONS.len());
     // Figures of parts are on the parts' pages.
     names.retain(|name| !name.contains('/') || name.starts_with("figures/"));
     names.sort_by_key(|name| (rank(name), name.to_string()));
@@ -92,7 +117,8 @@ pub(super) fn figures(folder: &Path, files: &[String]) -> (Vec<PageFigure>, Vec<
         let title = told.map_or_else(|| stem.replace('_', " "), |(_, title, _)| (*title).into());
         let caption = told.map_or(String::new(), |(_, _, caption)| (*caption).into());
         let id = format!("figure-{number}");
-        let markup = markup(folder, name, &id, &title).filter(|(text, _)| sum + text.len() < LARGEST_SUM_BYTES);
+        let markup =
+            markup(folder, name, &id, &title).filter(|(text, _)| sum + text.len() < LARGEST_SUM_BYTES);
         match markup {
             Some((markup, width_mm)) => {
                 sum += markup.len();
@@ -120,7 +146,8 @@ fn markup(folder: &Path, name: &str, id: &str, title: &str) -> Option<(String, f
 /// The SVG as part of a page: as wide as there is room, its identifiers its own.
 fn inline(svg: &str, id: &str) -> Option<String> {
     let (head, rest) = svg.get(svg.find("<svg")?..)?.split_once('>')?;
-    let (view_box, family) = (attribute(head, "viewBox")?, attribute(head, "font-family").unwrap_or("sans-serif"));
+    let (view_box, family) =
+        (attribute(head, "viewBox")?, attribute(head, "font-family").unwrap_or("sans-serif"));
     let (title, body) = rest.trim_start().strip_prefix("<title>")?.split_once("</title>")?;
     let body = body.replace("id=\"id", &format!("id=\"{id}-")).replace("url(#id", &format!("url(#{id}-"));
     Some(format!(
@@ -146,7 +173,10 @@ mod tests {
     fn identifiers_become_those_of_the_figure_and_the_title_its_name() {
         let text = inline(SVG, "figure-3").unwrap();
         assert!(text.contains("id=\"figure-3-1\"") && text.contains("url(#figure-3-1)"), "{text}");
-        assert!(text.starts_with("<svg role=\"img\" aria-label=\"a &lt; b\" viewBox=\"0 0 238 178\""), "{text}");
+        assert!(
+            text.starts_with("<svg role=\"img\" aria-label=\"a &lt; b\" viewBox=\"0 0 238 178\""),
+            "{text}"
+        );
         assert!(!text.contains("mm\""), "{text}");
     }
 

@@ -65,7 +65,8 @@ pub(super) fn read(folder: &Path) -> Result<Page> {
         page.about = record.about;
         page.repeat = record.repeat;
         page.warnings = record.warnings;
-        page.versions = vec![["haloray".into(), record.version], ["git revision".into(), record.git_revision]];
+        page.versions =
+            vec![["haloray".into(), record.version], ["git revision".into(), record.git_revision]];
         page.versions.extend(record.seed.map(|seed| ["seed".into(), seed.to_string()]));
         page.configuration = record.configuration;
     } else if has("config.toml") {
@@ -199,16 +200,24 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let refused = read(folder.path()).unwrap_err();
         assert!(refused.to_string().contains("no results of haloray"), "{refused}");
-        std::fs::write(folder.path().join("result.md"), "3 sightlines.\n\n| γ_LOS | R-hat |\n|--|--|\n| 1 | 2 |\n").unwrap();
+        std::fs::write(
+            folder.path().join("result.md"),
+            "3 sightlines.\n\n| γ_LOS | R-hat |\n|--|--|\n| 1 | 2 |\n",
+        )
+        .unwrap();
         let page = read(folder.path()).unwrap();
-        assert_eq!((page.paragraphs.as_slice(), page.tables.len()), (["3 sightlines.".to_string()].as_slice(), 1));
+        assert_eq!(
+            (page.paragraphs.as_slice(), page.tables.len()),
+            (["3 sightlines.".to_string()].as_slice(), 1)
+        );
         let terms: Vec<&str> = page.glossary.iter().map(|term| term.name.as_str()).collect();
         assert_eq!(terms, ["R-hat"]);
     }
 
     #[test]
     fn a_cut_that_still_changes_the_image_is_warned_of() {
-        let chi2 = |values: Vec<f64>| Table::new(vec![crate::io::Column::f64("image_chi2", None, values)]).unwrap();
+        let chi2 =
+            |values: Vec<f64>| Table::new(vec![crate::io::Column::f64("image_chi2", None, values)]).unwrap();
         assert_eq!(of_table("cut.csv", &chi2(vec![9.0, 0.3, 0.0])).len(), 0);
         assert!(of_table("cut.csv", &chi2(vec![9.0, 1.3, 0.0]))[0].contains("has not converged"));
     }

@@ -172,7 +172,8 @@ mod tests {
         file.write_1d("haloes", "z", &four, "", "").unwrap();
         file.close().unwrap();
         let sets = grids(folder.path(), &["run.h5".into()]);
-        let names: Vec<&str> = sets.iter().flat_map(|set| &set.grids).map(|grid| grid.name.as_str()).collect();
+        let names: Vec<&str> =
+            sets.iter().flat_map(|set| &set.grids).map(|grid| grid.name.as_str()).collect();
         assert_eq!(names, ["κ", "all, noisy", "tidal, noisy", "all − tidal, noisy"]);
         assert_eq!(sets[0].grids[0].extent_arcsec, [-2.0, 2.0, -2.0, 2.0]);
         assert_eq!(sets[1].grids[0].extent_arcsec, [-0.5, 0.5, -0.5, 0.5]);

@@ -67,7 +67,8 @@ impl Numbers {
     pub fn of(summary: &Value) -> Self {
         let Some(object) = summary.as_object() else { return Self::default() };
         let facts = FIRST.iter().filter_map(|path| fact(summary, path)).collect();
-        let mut tables: Vec<PageTable> = object.iter().filter_map(|(name, value)| of_list(name, value)).collect();
+        let mut tables: Vec<PageTable> =
+            object.iter().filter_map(|(name, value)| of_list(name, value)).collect();
         tables.extend(beside_each_other(object));
         tables.push(the_rest(object));
         tables.retain(|table| !table.rows.is_empty());
@@ -85,7 +86,9 @@ fn fact(summary: &Value, path: &str) -> Option<Fact> {
     let mut label = label(name);
     match path.split_once('.') {
         Some(("tidal_haloes", _)) => label.sub += ", tidal haloes",
-        Some(("tracing", _)) => (label.text, label.sub) = ("largest error of β measured".into(), String::new()),
+        Some(("tracing", _)) => {
+            (label.text, label.sub) = ("largest error of β measured".into(), String::new())
+        }
         _ => {}
     }
     Some(Fact { label, value: words(value)? })
@@ -207,7 +210,9 @@ fn warnings(summary: &Value) -> Vec<String> {
     let count = |path: &str| at(summary, path).and_then(Value::as_f64).filter(|count| *count > 0.0);
     let mut warnings = Vec::new();
     if is_false("good_fit") {
-        warnings.push("The model does not describe the image: what it says of the lens is not to be believed.".into());
+        warnings.push(
+            "The model does not describe the image: what it says of the lens is not to be believed.".into(),
+        );
     }
     if is_false("converged") {
         warnings.push("Not converged: R-hat is above 1.01 or ESS below 400 for some quantity.".into());
@@ -226,7 +231,8 @@ fn warnings(summary: &Value) -> Vec<String> {
             number_text(count, DIGITS)
         ));
     }
-    if let (Some(all), Some(converged)) = (count("fits"), at(summary, "fits_converged").and_then(Value::as_f64))
+    if let (Some(all), Some(converged)) =
+        (count("fits"), at(summary, "fits_converged").and_then(Value::as_f64))
         && converged < all
     {
         let (missing, all) = (number_text(all - converged, DIGITS), number_text(all, DIGITS));

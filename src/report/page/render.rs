@@ -65,7 +65,10 @@ mod tests {
             ..Page::default()
         };
         let html = html(&page).unwrap();
-        assert!(html.contains("a&amp;b") && html.contains("1 &lt; 2") && !html.contains("<script>alert"), "{html}");
+        assert!(
+            html.contains("a&amp;b") && html.contains("1 &lt; 2") && !html.contains("<script>alert"),
+            "{html}"
+        );
         for fetched in ["http://", "https://", "@import", "<link", "url(http"] {
             assert!(!html.contains(fetched), "{fetched}");
         }

@@ -65,7 +65,8 @@ pub(super) fn of_markdown(text: &str) -> (Vec<String>, Vec<PageTable>) {
         if !inside {
             let id = format!("result-{}", tables.len() + 1);
             let columns = cells.iter().map(|head| Label { text: (*head).into(), ..Label::default() });
-            let title = if tables.is_empty() { "Result".into() } else { format!("Result, {}", tables.len() + 1) };
+            let title =
+                if tables.is_empty() { "Result".into() } else { format!("Result, {}", tables.len() + 1) };
             tables.push(PageTable { id, title, columns: columns.collect(), ..PageTable::default() });
             inside = true;
         } else if let Some(table) = tables.last_mut()

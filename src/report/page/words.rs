@@ -64,11 +64,10 @@ const NAMES: [(&str, &str, &str); 19] = [
 
 /// How a name is shown.
 pub(super) fn label(name: &str) -> Label {
-    let (stem, unit) = UNITS
-        .iter()
-        .find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit)))
-        .unwrap_or((name, ""));
-    let made = |text: &str, sub: String, term: String| Label { text: text.into(), sub, unit: unit.into(), term };
+    let (stem, unit) =
+        UNITS.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit))).unwrap_or((name, ""));
+    let made =
+        |text: &str, sub: String, term: String| Label { text: text.into(), sub, unit: unit.into(), term };
     if let Some((_, text, term)) = NAMES.iter().find(|(own, _, _)| *own == name) {
         return made(text, String::new(), anchor_of(&[term]));
     }
