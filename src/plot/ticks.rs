@@ -16,13 +16,13 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// The densest ticks, up to seven intervals, whose labels do not touch.
-    pub fn for_span(span: &Span, direction: Direction) -> Self {
+    /// The densest ticks, up to so many intervals, whose labels do not touch.
+    pub fn for_span(span: &Span, direction: Direction, most_intervals: usize) -> Self {
         let of = |intervals| match span.scale {
             Scale::Linear => linear(span.low, span.high, intervals),
             Scale::Log => logarithmic(span.low, span.high, intervals),
         };
-        (2..=7)
+        (2..=most_intervals.max(2))
             .rev()
             .map(of)
             .find(|ticks| ticks.fit(|value| span.at(value), direction))

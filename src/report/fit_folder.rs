@@ -192,11 +192,26 @@ pub fn write_fit(
     draw("reconstruction", &|| Some(reconstruction_figure(fit)))?;
     draw("source", &|| source_figure(fit))?;
     let names: Vec<&str> = fit.parameters.iter().map(|p| p.name.as_str()).collect();
-    draw("corner", &|| Some(corner_figure(&[("", fit)], &names, truths)))?;
+    let physical = most_physical(&names);
+    draw("corner", &|| Some(corner_figure(&[("", fit)], &physical, truths)))?;
+    let has_more = physical.len() < names.len();
+    draw("corner_all", &|| has_more.then(|| corner_figure(&[("", fit)], &names, truths)))?;
     let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
     draw("corner_shear", &|| (shears.len() > 1).then(|| corner_figure(&[("", fit)], &shears, truths)))?;
     draw("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1))))?;
     stage_page(staging, prefix, record)
+}
+
+/// Of many parameters those that fit on a page: shears first, then the lens, then its source.
+fn most_physical<'a>(names: &[&'a str]) -> Vec<&'a str> {
+    const MOST: usize = 8;
+    const FIRST: [&str; 8] = ["_los", "gamma", "theta_E", ".gamma", "lens", ".e", "R_sersic", "source"];
+    let rank = |name: &str| FIRST.iter().position(|word| name.contains(word)).unwrap_or(FIRST.len());
+    let mut kept: Vec<usize> = (0..names.len()).collect();
+    kept.sort_by_key(|&i| (rank(names[i]), i));
+    kept.truncate(MOST);
+    kept.sort_unstable();
+    kept.into_iter().map(|i| names[i]).collect()
 }
 
 /// Data, best fit and residual as they are drawn; NaN where the mask leaves a pixel out.
@@ -298,4 +313,31 @@ fn source_figure(fit: &Fit) -> Option<Figure> {
     let faintest = observation.background_rms_e_s / observation.grid.pixel_scale_arcsec().powi(2);
     let extent_arcsec = Extent::square([x, y], half);
     Some(source_plane(GridData { values: &values, nx: PIXELS, ny: PIXELS, extent_arcsec }, faintest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_corner_of_many_keeps_the_shears_and_the_lens() {
+        let names = [
+            "lens.theta_E",
+            "lens.e1",
+            "source.x",
+            "lens.center_x",
+            "light.n",
+            "light.R",
+            "light.e1",
+            "light.e2",
+            "gamma1_od",
+            "gamma2_od",
+            "gamma1_los",
+            "gamma2_los",
+        ];
+        let kept = most_physical(&names);
+        let wanted = ["lens.theta_E", "lens.e1", "lens.center_x", "light.e1", "gamma1_od", "gamma2_od"];
+        assert_eq!(kept, [&wanted[..], &names[10..]].concat());
+        assert_eq!(most_physical(&names[..3]), names[..3]);
+    }
 }
