@@ -38,6 +38,8 @@ const FIRST: [&str; 27] = [
     "sampler",
 ];
 
+/// Significant digits of the first numbers.
+const FACT_DIGITS: usize = 4;
 /// Columns of a table of parameters that come first.
 const COLUMNS_FIRST: [&str; 12] = [
     "name",
@@ -91,7 +93,11 @@ fn fact(summary: &Value, path: &str) -> Option<Fact> {
         }
         _ => {}
     }
-    Some(Fact { label, value: words(value)? })
+    let value = match value.as_f64() {
+        Some(number) => number_text(number, FACT_DIGITS),
+        None => words(value)?,
+    };
+    Some(Fact { label, value })
 }
 
 /// A value in words; none of lists and objects.
@@ -255,7 +261,7 @@ mod tests {
         let numbers = Numbers::of(&summary);
         assert_eq!(numbers.warnings.len(), 2);
         let facts: Vec<&str> = numbers.facts.iter().map(|fact| fact.value.as_str()).collect();
-        assert_eq!(facts, ["no", "yes", "20.900"]);
+        assert_eq!(facts, ["no", "yes", "20.90"]);
         let row: Vec<&str> = numbers.tables[0].rows[0].iter().map(|cell| cell.text.as_str()).collect();
         assert_eq!(row, ["gamma1_los", "", "−0.012000", "1"]);
         assert!(numbers.tables[1].rows.iter().any(|row| row[3].text == "amplitudes"));

@@ -20,6 +20,7 @@ const STOPS: usize = 33;
 pub(super) fn html(page: &Page) -> Result<String> {
     let faulty = |error: minijinja::Error| Error::out_of_range("page", error, "made by its template");
     let mut environment = Environment::new();
+    environment.add_filter("signs", |text: String| Value::from_safe_string(signs(&text)));
     environment.add_template("page.html", TEMPLATE).map_err(faulty)?;
     let template = environment.get_template("page.html").map_err(faulty)?;
     let data = serde_json::json!({ "sets": page.grids, "colours": colours() });
@@ -28,6 +29,36 @@ pub(super) fn html(page: &Page) -> Result<String> {
     let heads: Vec<[&str; 2]> = page.grids.iter().map(|set| [set.id.as_str(), &set.title]).collect();
     let (page, heads) = (Value::from(Serde(page)), Value::from(Serde(&heads)));
     template.render(context! { page, heads, data, style => STYLE, script => SCRIPT }).map_err(faulty)
+}
+
+/// Text as HTML, with what follows `_` after a Greek letter or an A below the line, and what stands in `^{…}` raised.
+fn signs(text: &str) -> String {
+    let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+    let mut html = String::with_capacity(escaped.len());
+    let mut rest = escaped.as_str();
+    while let Some(at) = rest.find(['_', '^']) {
+        let (before, after) = (&rest[..at], &rest[at + 1..]);
+        html += before;
+        let is_sign = |c: char| ('\u{370}'..='\u{3ff}').contains(&c) || "A₁₂|".contains(c);
+        let (tag, inner, length) = match (rest[at..].starts_with('^'), after.strip_prefix('{')) {
+            (true, Some(braced)) => {
+                let inner = braced.split('}').next().unwrap_or("");
+                ("sup", inner, inner.len() + 2)
+            }
+            (false, _) if before.ends_with(is_sign) => {
+                let end = after.find(|c: char| !c.is_alphanumeric()).unwrap_or(after.len());
+                ("sub", &after[..end], end)
+            }
+            _ => ("", "", 0),
+        };
+        if inner.is_empty() {
+            html += &rest[at..=at];
+        } else {
+            html += &format!("<{tag}>{inner}</{tag}>");
+        }
+        rest = after.get(length..).unwrap_or("");
+    }
+    html + rest
 }
 
 /// The words of a page, without figures and grids.
@@ -54,6 +85,12 @@ fn colours() -> serde_json::Value {
 mod tests {
     use super::super::model::{Fact, Label};
     use super::*;
+
+    #[test]
+    fn signs_are_lowered_and_raised_and_names_stay() {
+        assert_eq!(signs("Δ_h < 0.1, γ_LOS."), "Δ<sub>h</sub> &lt; 0.1, γ<sub>LOS</sub>.");
+        assert_eq!(signs("e^{2iφ}, n_sersic, min_ess_"), "e<sup>2iφ</sup>, n_sersic, min_ess_");
+    }
 
     #[test]
     fn text_is_escaped_and_nothing_is_fetched() {

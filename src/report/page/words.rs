@@ -40,7 +40,8 @@ const SIGNS: [(&str, &str, &str); 18] = [
 ];
 
 /// Whole names that are called otherwise.
-const NAMES: [(&str, &str, &str); 19] = [
+const NAMES: [(&str, &str, &str); 20] = [
+    ("largest_kappa_h", "largest κ_h", "κ"),
     ("chi2_reduced", "χ²/dof", "χ²/dof"),
     ("p_value", "p-value", "p-value"),
     ("worst_r_hat", "worst R-hat", "R-hat"),
