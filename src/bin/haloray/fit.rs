@@ -16,7 +16,7 @@ use haloray::inference::sample::{
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
 use haloray::io::{Provenance, hash, read_observation, read_text};
 use haloray::monitor::Monitor;
-use haloray::report::{FitSummary, RunRecord, write_fit};
+use haloray::report::{FitSummary, RunRecord, decimals_text, write_fit};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -372,22 +372,22 @@ pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
     for p in &summary.parameters {
         let note = match (p.bounded, truths.iter().find(|(name, _)| *name == p.name)) {
             (false, _) => "  reaches its prior's edge".into(),
-            (_, Some((_, truth))) => format!("  true {truth:.5}"),
+            (_, Some((_, truth))) => format!("  true {}", decimals_text(*truth, 5)),
             _ => String::new(),
         };
         let _ = writeln!(
             text,
-            "{:<24} {:>11.5} {:>11.5} {:>24} {:>8.4} {:>8.0}{note}",
+            "{:<24} {:>11} {:>11} {:>24} {:>8.4} {:>8.0}{note}",
             p.name,
-            p.median,
-            p.best_fit,
-            format!("[{:.5}, {:.5}]", p.hpd68_low, p.hpd68_high),
+            decimals_text(p.median, 5),
+            decimals_text(p.best_fit, 5),
+            format!("[{}, {}]", decimals_text(p.hpd68_low, 5), decimals_text(p.hpd68_high, 5)),
             p.r_hat,
             p.ess_bulk.min(p.ess_tail)
         );
     }
     if let (Some(z), Some(error)) = (summary.log_evidence, summary.log_evidence_error) {
-        let _ = writeln!(text, "\nln Z = {z:.2} ± {error:.2}");
+        let _ = writeln!(text, "\nln Z = {} ± {error:.2}", decimals_text(z, 2));
     }
     let _ = writeln!(
         text,

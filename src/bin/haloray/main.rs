@@ -64,6 +64,9 @@ struct Cli {
     /// No progress bars and no summary.
     #[arg(long, short, global = true, display_order = 901)]
     quiet: bool,
+    /// Print the results as one JSON object, for programs: folder, files, and what summary or tables say.
+    #[arg(long, global = true, display_order = 901, conflicts_with = "quiet")]
+    json: bool,
     /// Replace files in the output folder that no earlier run wrote there, or that were changed since.
     #[arg(long, global = true, display_order = 902)]
     overwrite: bool,
@@ -93,7 +96,8 @@ fn main() -> ExitCode {
         Err(refused) => report_arguments(&refused),
         Ok(mut cli) => {
             terminal::listen(cli.quiet);
-            let bars: &'static Bars = Box::leak(Box::new(Bars::new(cli.quiet, cli.overwrite)));
+            let bars: &'static Bars = Box::leak(Box::new(Bars::new(cli.quiet, cli.json, cli.overwrite)));
+            bars.speak();
             let result = interrupt::watch(bars).and_then(|()| run(&mut cli, bars));
             result.unwrap_or_else(|error| {
                 interrupt::end(bars);

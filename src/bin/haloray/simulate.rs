@@ -73,12 +73,13 @@ pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
     bars.stage("page", || stage_page(&staging, "", &record))?;
     let files = commit(staging)?;
     if !bars.is_quiet() {
-        summary::print(&run, &args.settings.name(), &bars.seconds(), &files);
+        summary::print(&run, &args.settings.name(), &bars.seconds());
         for (fit, summary) in fits.iter().zip(&summaries) {
             crate::terminal::print(&format!("{} fitted with {}; true: on the axis\n", fit.image, fit.model));
             crate::terminal::print(&table(summary, fit.on_axis()));
         }
     }
+    crate::output::print_files(&files, bars);
     for fit in &fits {
         if let Some(gain) = fit.missed_by {
             crate::terminal::warn(format_args!(

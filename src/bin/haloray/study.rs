@@ -6,7 +6,7 @@ use clap::Subcommand;
 use haloray::Result;
 use haloray::io::{Column, RAYS_GROUP, Table};
 use haloray::pipeline::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-use haloray::report::{markdown_table, result_text, stage_figure, tidal_residual_figure};
+use haloray::report::{markdown_table, number_text, result_text, stage_figure, tidal_residual_figure};
 
 use crate::advantage::{self, AdvantageArgs};
 use crate::bars::Bars;
@@ -137,7 +137,7 @@ fn summary(rows: &[TidalResidual]) -> String {
         let mut sorted: Vec<f64> = rows.iter().map(value).collect();
         sorted.sort_by(f64::total_cmp);
         let at = |fraction: f64| sorted[((sorted.len() - 1) as f64 * fraction).round() as usize];
-        let quantiles = [0.16, 0.5, 0.84, 1.0].map(|fraction| format!("{:.2e}", at(fraction)));
+        let quantiles = [0.16, 0.5, 0.84, 1.0].map(|fraction| number_text(at(fraction), 3));
         [name.to_string()].into_iter().chain(quantiles).collect()
     };
     let rays = [
