@@ -258,8 +258,12 @@ fn line_and_column(text: &str, start: usize) -> Option<LineColumn> {
 mod tests {
     use super::*;
 
+    fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
+        super::resolve(preset, path, text, "")
+    }
+
     fn message(text: &str) -> String {
-        let resolved = resolve(Preset::Paper, Path::new("my.toml"), text, "");
+        let resolved = resolve(Preset::Paper, Path::new("my.toml"), text);
         resolved.map_or_else(|error| error.to_string().replace("my.toml: ", ""), |_| "accepted".into())
     }
 
@@ -376,7 +380,7 @@ mod tests {
 
     #[test]
     fn a_truncation_replaces_that_of_the_preset_and_two_are_one_too_many() {
-        let resolved = |text: &str| resolve(Preset::Consistent, Path::new("my.toml"), text, "");
+        let resolved = |text: &str| resolve(Preset::Consistent, Path::new("my.toml"), text);
         let truncation = |text: &str| resolved(text).unwrap().haloes.truncation().unwrap();
         use crate::halo::Truncation;
         assert_eq!(truncation(""), Some(Truncation::MassOverM200c(1.0)));

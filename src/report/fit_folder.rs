@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::number_text::number_text;
 use super::page::{RunRecord, stage_page};
 use super::staged::{stage_figure, stage_json, stage_text};
 use crate::error::Result;
@@ -141,7 +142,7 @@ fn warnings(fit: &Fit) -> Vec<String> {
 /// The figure, with a line over its first panel that says so where the model does not describe the image.
 fn with_verdict(mut figure: Figure, summary: &FitSummary) -> Figure {
     if let Some(panel) = figure.panels.first_mut().filter(|_| !summary.good_fit) {
-        let text = format!("The model does not describe the image: p = {:.0e}", summary.p_value);
+        let text = format!("The model does not describe the image: p = {}", number_text(summary.p_value, 1));
         panel.captions.insert(0, Caption { text, colour: Colour::RED, anchor: Anchor::Start });
     }
     figure

@@ -237,7 +237,11 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     })?;
     drop(task);
     let summary = FitSummary::of(&fit, &description.name, saved.seconds());
-    let record = fit_record(args, image, &description.about, &provenance);
+    let about = match description.about.as_str() {
+        "" => format!("An image fitted with the model {}.", description.name),
+        about => about.to_owned(),
+    };
+    let record = fit_record(args, image, &about, &provenance);
     write_fit(&fit, &summary, &[("truth", truths.clone())], &staging, "", &provenance, &record)?;
     let files = commit(staging)?;
     saved.file.remove();

@@ -214,17 +214,17 @@ fn capital(text: &str) -> String {
 fn warnings(summary: &Value) -> Vec<String> {
     let is_false = |name: &str| summary.get(name) == Some(&Value::Bool(false));
     let count = |path: &str| at(summary, path).and_then(Value::as_f64).filter(|count| *count > 0.0);
-    let mut warnings = Vec::new();
-    if is_false("good_fit") {
-        warnings.push(
-            "The model does not describe the image: what it says of the lens is not to be believed.".into(),
-        );
+    let told = summary.get("warnings").and_then(Value::as_array);
+    let mut warnings: Vec<String> =
+        told.into_iter().flatten().filter_map(Value::as_str).map(capital).collect();
+    // A summary's own words say more.
+    let is_told = |warnings: &[String], words: &str| warnings.iter().any(|warning| warning.contains(words));
+    if is_false("good_fit") && !is_told(&warnings, "does not describe the image") {
+        warnings.push("The model does not describe the image.".into());
     }
-    if is_false("converged") {
+    if is_false("converged") && !is_told(&warnings, "not converged") {
         warnings.push("Not converged: R-hat is above 1.01 or ESS below 400 for some quantity.".into());
     }
-    let told = summary.get("warnings").and_then(Value::as_array);
-    warnings.extend(told.into_iter().flatten().filter_map(Value::as_str).map(String::from));
     if let Some(count) = count("number_above_kappa_warning") {
         warnings.push(format!(
             "Haloes of large κ_h on the axis: {} above diagnostics.kappa_warning; haloes.max_kappa leaves such haloes out.",

@@ -107,8 +107,9 @@ function explore(section, set) {
     let [from, to] = [quantile(0.002), quantile(0.998)];
     if (grid.kind === "signed") to = Math.max(Math.abs(from), Math.abs(to)), from = -to;
     if (to === from) to = from + 1;
-    // The arsinh stretch shows what is a few hundredths of the brightest.
-    const soft = stretch.value === "linear" ? 0 : 30, bend = (t) => soft ? Math.asinh(soft * t) / Math.asinh(soft) : t;
+    // The arsinh stretch turns from linear to logarithmic at the scatter of the faint half.
+    const scatter = Math.max(quantile(0.5) - quantile(0.16), 1e-5 * (to - from));
+    const soft = stretch.value === "linear" ? 0 : Math.min(Math.max((to - from) / scatter, 10), 3000), bend = (t) => soft ? Math.asinh(soft * t) / Math.asinh(soft) : t;
     undo = (t) => soft ? Math.sinh(t * Math.asinh(soft)) / soft : t;
     const part = grid.kind === "signed" ? (v) => 0.5 + 0.5 * Math.sign(v) * bend(Math.abs(v) / to) : (v) => bend(Math.max(0, (v - from) / (to - from)));
     ink = new Uint32Array(data.length).map((_, k) => {

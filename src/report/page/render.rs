@@ -40,12 +40,13 @@ fn signs(text: &str) -> String {
         let (before, after) = (&rest[..at], &rest[at + 1..]);
         html += before;
         let is_sign = |c: char| ('\u{370}'..='\u{3ff}').contains(&c) || "A₁₂|".contains(c);
+        let is_sign = |before: &str| before.trim_end_matches(['1', '2']).ends_with(is_sign);
         let (tag, inner, length) = match (rest[at..].starts_with('^'), after.strip_prefix('{')) {
             (true, Some(braced)) => {
                 let inner = braced.split('}').next().unwrap_or("");
                 ("sup", inner, inner.len() + 2)
             }
-            (false, _) if before.ends_with(is_sign) => {
+            (false, _) if is_sign(before) => {
                 let end = after.find(|c: char| !c.is_alphanumeric()).unwrap_or(after.len());
                 ("sub", &after[..end], end)
             }
@@ -88,7 +89,7 @@ mod tests {
 
     #[test]
     fn signs_are_lowered_and_raised_and_names_stay() {
-        assert_eq!(signs("Δ_h < 0.1, γ_LOS."), "Δ<sub>h</sub> &lt; 0.1, γ<sub>LOS</sub>.");
+        assert_eq!(signs("Δ_h < 0.1, γ1_LOS."), "Δ<sub>h</sub> &lt; 0.1, γ1<sub>LOS</sub>.");
         assert_eq!(signs("e^{2iφ}, n_sersic, min_ess_"), "e<sup>2iφ</sup>, n_sersic, min_ess_");
     }
 
