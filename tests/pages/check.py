@@ -15,8 +15,11 @@ from playwright.sync_api import sync_playwright
 CONFIG = """[haloes]
 min_point_shear = 1e-5
 [image]
-pixels = 32
+pixels = 28
 pixel_sampling = "adaptive"
+[instrument]
+pixel_scale_arcsec = 0.16
+psf_fwhm_arcsec = 0.16
 [source]
 sersic_index = 1.0
 [maps]
