@@ -14,6 +14,7 @@ pub struct Bars {
     quiet: bool,
     json: bool,
     overwrite: bool,
+    left_out: Vec<&'static str>,
     cancelled: AtomicBool,
     running: Mutex<Vec<Stage>>,
     ended: Mutex<Vec<(String, Duration)>>,
@@ -45,11 +46,12 @@ impl Stage {
 }
 
 impl Bars {
-    pub fn new(quiet: bool, json: bool, overwrite: bool) -> Self {
+    pub fn new(quiet: bool, json: bool, overwrite: bool, left_out: Vec<&'static str>) -> Self {
         Self {
             quiet,
             json,
             overwrite,
+            left_out,
             cancelled: AtomicBool::new(false),
             running: Mutex::default(),
             ended: Mutex::default(),
@@ -89,6 +91,11 @@ impl Bars {
     /// Whether files of the user's own may be replaced.
     pub fn overwrites(&self) -> bool {
         self.overwrite
+    }
+
+    /// Extensions of figures that are not wanted.
+    pub fn left_out(&self) -> &[&'static str] {
+        &self.left_out
     }
 
     /// Runs `work` as a stage of its own.

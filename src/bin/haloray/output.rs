@@ -50,7 +50,7 @@ impl Output {
 pub fn begin(folder: &Path, names: &[&str], bars: &Bars) -> Result<Staging> {
     let names: Vec<&str> = names.iter().copied().chain([PAGE_FILE, "report.json"]).collect();
     let replace = if bars.overwrites() { Replace::Any } else { Replace::Own };
-    Staging::begin(folder, &names, replace)
+    Ok(Staging::begin(folder, &names, replace)?.without(bars.left_out()))
 }
 
 /// Puts the results in their place, and warns of those that could not be made.

@@ -26,6 +26,8 @@ pub struct Staging {
     replace: Replace,
     /// What could not be made, in words.
     complaints: Mutex<Vec<String>>,
+    /// Extensions of files that nobody wants.
+    left_out: Vec<String>,
     folder: Option<TempDir>,
     /// Holds the lock; the system lets go of it however the run ends.
     _lock: Option<File>,
@@ -72,6 +74,7 @@ impl Staging {
                     final_dir,
                     replace,
                     complaints,
+                    left_out: Vec::new(),
                     folder: Some(folder),
                     _lock,
                     made_final_dir,
@@ -95,6 +98,17 @@ impl Staging {
     /// What a staged output will be called, without a needless `./`.
     fn target(&self, name: impl AsRef<Path>) -> PathBuf {
         target_in(&self.final_dir, name.as_ref())
+    }
+
+    /// The same without files of those extensions, where they are figures.
+    pub fn without(mut self, extensions: &[&str]) -> Self {
+        self.left_out = extensions.iter().map(|extension| extension.to_string()).collect();
+        self
+    }
+
+    /// Whether figures of that extension are wanted.
+    pub fn wants(&self, extension: &str) -> bool {
+        !self.left_out.iter().any(|own| own == extension)
     }
 
     /// Remembers what could not be made though the rest could.

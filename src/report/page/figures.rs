@@ -103,22 +103,27 @@ const CAPTIONS: [(&str, &str, &str); 23] = [
 
 /// The figures among `files` of a folder; what did not find room is named in the second list.
 pub(super) fn figures(folder: &Path, files: &[String]) -> (Vec<PageFigure>, Vec<String>) {
-    let mut names: Vec<&str> = files.iter().filter_map(|file| file.strip_suffix(".svg")).collect();
+    let stem_of = |file: &'_ String| {
+        let stem = file.strip_suffix(".svg").or_else(|| file.strip_suffix(".png"));
+        stem.map(String::from)
+    };
+    let mut names: Vec<String> = files.iter().filter_map(stem_of).collect();
     let stem = |name: &str| name.rsplit('/').next().unwrap_or(name).to_owned();
     let rank =
         |name: &str| CAPTIONS.iter().position(|(own, _, _)| *own == stem(name)).unwrap_or(CAPTIONS.len());
     // Figures of parts are on the parts' pages.
     names.retain(|name| !name.contains('/') || name.starts_with("figures/"));
-    names.sort_by_key(|name| (rank(name), name.to_string()));
+    names.sort_by_key(|name| (rank(name), name.clone()));
+    names.dedup();
     let (mut figures, mut left_out, mut sum) = (Vec::new(), Vec::new(), 0);
     for (number, name) in names.into_iter().enumerate() {
-        let told = CAPTIONS.get(rank(name));
-        let stem = stem(name);
+        let told = CAPTIONS.get(rank(&name));
+        let stem = stem(&name);
         let title = told.map_or_else(|| stem.replace('_', " "), |(_, title, _)| (*title).into());
         let caption = told.map_or(String::new(), |(_, _, caption)| (*caption).into());
         let id = format!("figure-{number}");
         let markup =
-            markup(folder, name, &id, &title).filter(|(text, _)| sum + text.len() < LARGEST_SUM_BYTES);
+            markup(folder, &name, &id, &title).filter(|(text, _)| sum + text.len() < LARGEST_SUM_BYTES);
         match markup {
             Some((markup, width_mm)) => {
                 sum += markup.len();
@@ -132,7 +137,12 @@ pub(super) fn figures(folder: &Path, files: &[String]) -> (Vec<PageFigure>, Vec<
 
 /// What stands for a figure in the page, and its width in millimetres.
 fn markup(folder: &Path, name: &str, id: &str, title: &str) -> Option<(String, f64)> {
-    let svg = std::fs::read_to_string(folder.join(format!("{name}.svg"))).ok()?;
+    /// Of a figure that is there as PNG alone.
+    const WIDTH_MM: f64 = 174.0;
+    let Ok(svg) = std::fs::read_to_string(folder.join(format!("{name}.svg"))) else {
+        let data = STANDARD.encode(std::fs::read(folder.join(format!("{name}.png"))).ok()?);
+        return Some((format!("<img alt=\"{title}\" src=\"data:image/png;base64,{data}\">"), WIDTH_MM));
+    };
     let width_mm = attribute(&svg, "width")?.strip_suffix("mm")?.parse().ok()?;
     if svg.len() <= LARGEST_SVG_BYTES {
         return Some((inline(&svg, id)?, width_mm));

@@ -9,9 +9,9 @@ use super::glossary::terms;
 use super::grids::grids;
 use super::model::{Page, Term};
 use super::numbers::Numbers;
-use super::record::{RECORD_FILE, RunRecord};
+use super::record::{PAGE_FILE, RECORD_FILE, RunRecord};
+use super::render::words_of;
 use super::tables::{of_csv, of_markdown};
-use super::{PAGE_FILE, render};
 use crate::error::{Error, FileFault, Result};
 use crate::io::{Table, files_of_run, read_text};
 
@@ -177,7 +177,7 @@ fn listed(files: &[String]) -> Vec<[String; 2]> {
 
 /// The terms to which a label leads, and those whose name the page holds as a word.
 fn used(page: &Page) -> Vec<Term> {
-    let text = render::words_of(page);
+    let text = words_of(page);
     let is_used = |term: &Term| text.contains(&format!("\"{}\"", term.id)) || is_word_of(&term.name, &text);
     terms().into_iter().filter(is_used).collect()
 }

@@ -15,14 +15,11 @@ mod words;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-pub use record::RunRecord;
+pub use record::{PAGE_FILE, RunRecord};
 
 use super::staged::{stage_json, stage_text};
 use crate::error::{Error, Result};
 use crate::io::Staging;
-
-/// Name of the page in the folder of a run.
-pub const PAGE_FILE: &str = "report.html";
 
 /// The page of the run whose files lie in `folder`: the same files give the same bytes.
 ///

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, FileFault, Result};
 use crate::io::{Provenance, read_text};
 
+/// Name of the page in the folder of a run.
+pub const PAGE_FILE: &str = "report.html";
+
 /// Name of the file.
 pub(super) const RECORD_FILE: &str = "report.json";
 
