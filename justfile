@@ -20,6 +20,13 @@ test:
 nightly:
     bash .ci/nightly
 
+# the pages of small runs in headless Chromium (Debian's `chromium`): sizes, light and dark, controls, axe; screenshots into target/pages/shots
+pages:
+    cargo build --release
+    python3 -m venv target/pages/venv
+    target/pages/venv/bin/pip install --quiet playwright==1.65.2 axe-playwright-python==0.1.8
+    target/pages/venv/bin/python tests/pages/check.py target/release/haloray target/pages
+
 # the property tests with other numbers, and ten times as many
 properties SEED:
     PROPTEST_RNG_SEED={{SEED}} PROPTEST_CASES=2560 cargo test --release --test properties -- multiplane:: tensors::

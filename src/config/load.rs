@@ -47,6 +47,15 @@ impl Preset {
 /// A file that cannot be read, is not TOML, or holds an unknown key, a wrong type or a value outside its domain:
 /// with file, line and column.
 pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
+    load_with(preset, user, &[])
+}
+
+/// The same, with `KEY=VALUE` laid over the file: `haloes.min_point_shear=1e-5`, `haloes.draw=direct`. Files named in
+/// an assignment lie relative to where the program runs.
+///
+/// # Errors
+/// As [`load`]; for what is wrong with an assignment the error names it instead of a file.
+pub fn load_with(preset: Preset, user: Option<&Path>, assignments: &[String]) -> Result<Config> {
     let path = user.unwrap_or(Path::new("preset"));
     let bytes = user.map_or(Ok(Vec::new()), |path| {
         let found = std::fs::metadata(path).map_err(Error::read(path))?;
@@ -60,18 +69,43 @@ pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
     let no_text =
         |_| Error::Toml { path: path.into(), at: None, problem: "is not a TOML file: not UTF-8 text".into() };
     let text = String::from_utf8(bytes).map_err(no_text)?;
-    let mut config = resolve(preset, path, &text)?;
+    let assigned = assignments.iter().map(|one| line_of(one)).collect::<Result<Vec<_>>>()?.join("\n");
+    let mut config = resolve(preset, path, &text, &assigned)?;
     // Files named in a configuration lie where it lies.
     if let Some(folder) = user.and_then(Path::parent) {
-        for file in [&mut config.haloes.catalogue, &mut config.instrument.psf_file].into_iter().flatten() {
-            *file = folder.join(&*file);
+        let files = [
+            ("haloes.catalogue", &mut config.haloes.catalogue),
+            ("instrument.psf_file", &mut config.instrument.psf_file),
+        ];
+        let is_assigned = |key: &str| assignments.iter().any(|one| one.trim_start().starts_with(key));
+        for (key, file) in files {
+            if let Some(file) = file.as_mut().filter(|_| !is_assigned(key)) {
+                *file = folder.join(&*file);
+            }
         }
     }
     Ok(config)
 }
 
+/// An assignment as a line of TOML; what is no value of TOML is text.
+fn line_of(assignment: &str) -> Result<String> {
+    let refuse = || {
+        Error::argument("--set", assignment, "KEY=VALUE with the section in the key, as haloes.draw=direct")
+    };
+    let (key, value) = assignment.split_once('=').ok_or_else(refuse)?;
+    let is_name =
+        |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    let (key, value) = (key.trim(), value.trim());
+    if !key.split('.').all(is_name) || value.is_empty() || value.contains('\n') {
+        return Err(refuse());
+    }
+    let is_toml = DeTable::parse(&format!("value = {value}")).is_ok();
+    let value = if is_toml { value.to_owned() } else { toml::Value::from(value).to_string() };
+    Ok(format!("{key} = {value}"))
+}
+
 /// The configuration, or what is wrong with the user's text and where.
-fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
+fn resolve(preset: Preset, path: &Path, text: &str, assigned: &str) -> Result<Config> {
     let unreadable = |error: toml::de::Error| Error::Toml {
         path: path.into(),
         at: error.span().and_then(|span| line_and_column(text, span.start)),
@@ -80,11 +114,17 @@ fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
     let mut merged = DeTable::parse(preset.toml()).map_err(unreadable)?;
     let user = DeTable::parse(text).map_err(unreadable)?;
     overlay(merged.get_mut(), user.get_ref());
-    let of_key = |key: String, cause: Error| Error::Config {
-        path: path.into(),
-        at: start_of(user.get_ref(), &key).and_then(|start| line_and_column(text, start)),
-        key: Some(key),
-        cause: Box::new(cause),
+    let set = parse_assigned(preset, assigned)?;
+    overlay(merged.get_mut(), set.get_ref());
+    let of_key = |key: String, cause: Error| {
+        let is_set = holds(set.get_ref(), &key);
+        let start = start_of(user.get_ref(), &key).filter(|_| !is_set);
+        Error::Config {
+            path: if is_set { "--set".into() } else { path.into() },
+            at: start.and_then(|start| line_and_column(text, start)),
+            key: Some(key),
+            cause: Box::new(cause),
+        }
     };
     // serde would turn the fault of a key of this section into text.
     if let Some(cosmology) = merged.get_ref().get("cosmology").cloned()
@@ -99,10 +139,8 @@ fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
     let mut config =
         Config::deserialize(Deserializer::from(merged).into_deserializer()).map_err(unreadable)?;
     // A preset that freezes relations does so at the lens, wherever the user puts it.
-    let own = user.get_ref().get("haloes").and_then(|section| section.get_ref().as_table());
-    if let (Epoch::FrozenZ(z), false) =
-        (&mut config.haloes.epoch, own.is_some_and(|own| own.contains_key("epoch")))
-    {
+    let has_own = [&user, &set].iter().any(|table| holds(table.get_ref(), "haloes.epoch"));
+    if let (Epoch::FrozenZ(z), false) = (&mut config.haloes.epoch, has_own) {
         *z = config.line_of_sight.z_lens;
     }
     config.validate().map_err(|fault| match &fault {
@@ -116,6 +154,33 @@ fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
         _ => fault,
     })?;
     Ok(config)
+}
+
+/// The assignments, which must be right beside the preset alone, so that their faults are told of as theirs.
+fn parse_assigned(preset: Preset, assigned: &str) -> Result<Spanned<DeTable<'_>>> {
+    let unreadable = |error: toml::de::Error| {
+        let before = error.span().and_then(|span| assigned.get(..span.start));
+        let line =
+            assigned.lines().nth(before.map_or(0, |text| text.matches('\n').count())).unwrap_or(assigned);
+        Error::Toml { path: format!("--set {line}").into(), at: None, problem: plain_words(&error) }
+    };
+    let set = DeTable::parse(assigned).map_err(unreadable)?;
+    let mut alone = DeTable::parse(preset.toml()).map_err(unreadable)?;
+    overlay(alone.get_mut(), set.get_ref());
+    // What is out of its domain is found beside the file.
+    let is_of_values = |section: &str| section == "cosmology";
+    if !set.get_ref().keys().any(|key| is_of_values(key.get_ref())) {
+        Config::deserialize(Deserializer::from(alone).into_deserializer()).map_err(unreadable)?;
+    }
+    Ok(set)
+}
+
+/// Whether a table has a dotted key.
+fn holds(table: &DeTable, dotted: &str) -> bool {
+    let (first, rest) = dotted.split_once('.').unwrap_or((dotted, ""));
+    table.get(first).is_some_and(|value| {
+        rest.is_empty() || value.get_ref().as_table().is_some_and(|inner| holds(inner, rest))
+    })
 }
 
 /// Lays the user's sections over the preset's key by key; a value such as `epoch = { … }` replaces the preset's.
@@ -192,6 +257,10 @@ fn line_and_column(text: &str, start: usize) -> Option<LineColumn> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
+        super::resolve(preset, path, text, "")
+    }
 
     fn message(text: &str) -> String {
         let resolved = resolve(Preset::Paper, Path::new("my.toml"), text);
@@ -359,5 +428,32 @@ mod tests {
         let text = message("[haloes]\n\nmass_function = \"sheth99\"\n");
         assert!(text.starts_with("line 3, column 17: haloes.mass_function: sheth99 is not"), "{text}");
         assert!(text.ends_with("allowed: fof"), "{text}");
+    }
+
+    #[test]
+    fn assignments_lie_over_the_file_and_their_faults_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("my.toml");
+        std::fs::write(&path, "[haloes]\nmin_point_shear = 1e-5\n[line_of_sight]\nz_lens = 0.3\n").unwrap();
+        let load = |set: &[&str]| {
+            let set: Vec<String> = set.iter().map(|one| one.to_string()).collect();
+            load_with(Preset::Paper, Some(&path), &set)
+        };
+        let config = load(&["haloes.min_point_shear=1e-4", "haloes.draw = brute-force", "seed=7"]).unwrap();
+        assert_eq!((config.haloes.min_point_shear, config.seed), (1e-4, 7));
+        assert_eq!(config.line_of_sight.z_lens, 0.3);
+        let fault = |set: &[&str]| load(set).map_or_else(|error| error.to_string(), |_| "accepted".into());
+        assert!(fault(&["haloes.draw"]).contains("KEY=VALUE"), "{}", fault(&["haloes.draw"]));
+        let unknown = fault(&["seed=1", "haloes.min_shear=1"]);
+        assert!(
+            unknown.contains("--set haloes.min_shear = 1") && unknown.contains("min_point_shear"),
+            "{unknown}"
+        );
+        let wrong = fault(&["haloes.radius_cmpc=wide"]);
+        assert!(wrong.contains("--set haloes.radius_cmpc") && wrong.contains("expected a number"), "{wrong}");
+        let outside = fault(&["line_of_sight.z_source=-1"]);
+        assert!(outside.contains("--set") && outside.contains("z_source"), "{outside}");
+        let outside = fault(&["cosmology.omega_m=-1"]);
+        assert!(outside.contains("--set") && outside.contains("omega_m"), "{outside}");
     }
 }

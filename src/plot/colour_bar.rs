@@ -31,9 +31,15 @@ pub fn draw(svg: &mut Svg, place: &Placed, bar: &ColourBar, figure: &[Panel]) {
     let major = ticks.major.iter().map(|(value, _)| tick(*value, MAJOR_PT));
     let path: String = major.chain(ticks.minor.iter().map(|value| tick(*value, MINOR_PT))).collect();
     svg.stroked_path(&path, Stroke { width_pt: 0.5, ..FRAME });
+    let mut taken = f64::NEG_INFINITY;
     for (value, label) in &ticks.major {
         let half = 0.5 * width_pt(label, SMALL_PT);
+        // Numbers at the ends move inwards, where they must not meet their neighbours.
         let middle = at(*value).min(x + width - half).max(x + half);
+        if label.is_empty() || middle - half < taken {
+            continue;
+        }
+        taken = middle + half + 0.4 * SMALL_PT;
         svg.text((middle, y - TICK_GAP_PT), label, style::text(SMALL_PT, Anchor::Middle));
     }
     let baseline = y - TICK_GAP_PT - SMALL_PT - LABEL_GAP_PT - 0.2 * LABEL_PT;

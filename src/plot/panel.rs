@@ -17,12 +17,14 @@ pub struct Axis {
     pub limits: Option<(f64, f64)>,
     /// Whether the ticks carry numbers; inner panels of a grid do without.
     pub tick_labels: bool,
+    /// The most intervals between ticks.
+    pub most_intervals: usize,
 }
 
 impl Axis {
     /// A linear axis that takes in all marks.
     pub fn linear(label: &str) -> Self {
-        Self { scale: Scale::Linear, label: label.into(), limits: None, tick_labels: true }
+        Self { scale: Scale::Linear, label: label.into(), limits: None, tick_labels: true, most_intervals: 7 }
     }
 
     /// A logarithmic axis that takes in all marks.

@@ -33,6 +33,14 @@ impl Figure {
     /// # Errors
     /// [`Error::Write`] if a file cannot be written or the figure is too large to render.
     pub fn save(&self, stem: &Path) -> Result<Vec<PathBuf>> {
+        self.save_as(stem, [true, true])
+    }
+
+    /// The same of `STEM.svg` and `STEM.png` those that are wanted.
+    ///
+    /// # Errors
+    /// As [`save`](Self::save).
+    pub fn save_as(&self, stem: &Path, [svg_wanted, png_wanted]: [bool; 2]) -> Result<Vec<PathBuf>> {
         let svg = self.to_svg();
         let with_suffix = |suffix: &str| {
             let mut name = stem.as_os_str().to_owned();
@@ -40,11 +48,21 @@ impl Figure {
             PathBuf::from(name)
         };
         let (svg_path, png_path) = (with_suffix(".svg"), with_suffix(".png"));
-        let png = png::render(&svg).map_err(|problem| Error::write(&png_path, problem))?;
-        for (path, bytes) in [(&svg_path, svg.as_bytes()), (&png_path, png.as_slice())] {
-            std::fs::write(path, bytes).map_err(|error| Error::write(path, error))?;
+        let mut written = Vec::new();
+        let mut write = |path: PathBuf, bytes: &[u8]| -> Result<()> {
+            std::fs::write(&path, bytes).map_err(|error| Error::write(&path, error))?;
+            written.push(path);
+            Ok(())
+        };
+        if png_wanted {
+            let png = png::render(&svg).map_err(|problem| Error::write(&png_path, problem))?;
+            write(png_path, &png)?;
         }
-        Ok(vec![svg_path, png_path])
+        if svg_wanted {
+            write(svg_path, svg.as_bytes())?;
+        }
+        written.reverse();
+        Ok(written)
     }
 }
 

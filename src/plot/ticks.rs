@@ -16,13 +16,13 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// The densest ticks, up to seven intervals, whose labels do not touch.
-    pub fn for_span(span: &Span, direction: Direction) -> Self {
+    /// The densest ticks, up to so many intervals, whose labels do not touch.
+    pub fn for_span(span: &Span, direction: Direction, most_intervals: usize) -> Self {
         let of = |intervals| match span.scale {
             Scale::Linear => linear(span.low, span.high, intervals),
             Scale::Log => logarithmic(span.low, span.high, intervals),
         };
-        (2..=7)
+        (2..=most_intervals.max(2))
             .rev()
             .map(of)
             .find(|ticks| ticks.fit(|value| span.at(value), direction))
@@ -246,7 +246,7 @@ mod tests {
                 [(Scale::Linear, -1.8, 1.8), (Scale::Log, 1e-6, 1e3), (Scale::Linear, 0.0, 12345.0)]
             {
                 let span = Span { scale, low, high, start_pt: 0.0, end_pt: length_pt };
-                let ticks = Ticks::for_span(&span, Direction::Horizontal);
+                let ticks = Ticks::for_span(&span, Direction::Horizontal, 7);
                 assert!(ticks.fit(|v| span.at(v), Direction::Horizontal), "{length_pt} {scale:?}");
                 assert!(ticks.major.iter().all(|(value, _)| span.at(*value).is_some()));
             }

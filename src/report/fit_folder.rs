@@ -1,11 +1,15 @@
 //! The folder of a fit: `summary.json`, `posterior.nc`, `model.toml` and figures.
 
+use std::path::Path;
+
 use serde::Serialize;
 
+use super::number_text::number_text;
+use super::page::{RunRecord, stage_page};
 use super::staged::{stage_figure, stage_json, stage_text};
 use crate::error::Result;
 use crate::inference::{Fit, ParameterSummary, UnsampledMaximum};
-use crate::io::{PosteriorVariable, Provenance, Staging, write_posterior};
+use crate::io::{PosteriorVariable, Provenance, RunFile, Staging, write_posterior};
 use crate::plot::figures::{
     CornerParameter, CornerPosterior, GridData, TraceParameter, corner, reconstruction, source_plane,
     trace_plot,
@@ -138,7 +142,7 @@ fn warnings(fit: &Fit) -> Vec<String> {
 /// The figure, with a line over its first panel that says so where the model does not describe the image.
 fn with_verdict(mut figure: Figure, summary: &FitSummary) -> Figure {
     if let Some(panel) = figure.panels.first_mut().filter(|_| !summary.good_fit) {
-        let text = format!("The model does not describe the image: p = {:.0e}", summary.p_value);
+        let text = format!("The model does not describe the image: p = {}", number_text(summary.p_value, 1));
         panel.captions.insert(0, Caption { text, colour: Colour::RED, anchor: Anchor::Start });
     }
     figure
@@ -158,6 +162,7 @@ pub fn write_fit(
     staging: &Staging,
     prefix: &str,
     provenance: &Provenance,
+    record: &RunRecord,
 ) -> Result<()> {
     stage_json(staging, &format!("{prefix}summary.json"), summary)?;
     stage_text(staging, &format!("{prefix}model.toml"), &provenance.config_toml)?;
@@ -179,6 +184,8 @@ pub fn write_fit(
     staging.write(format!("{prefix}posterior.nc"), |path| {
         write_posterior(path, provenance, &variables, &fit.chains, &attributes)
     })?;
+    staging
+        .write(format!("{prefix}reconstruction.h5"), |path| write_reconstruction(fit, path, provenance))?;
     let draw = |name: &str, figure: &dyn Fn() -> Option<Figure>| {
         let draw = || Ok(figure().map(|figure| with_verdict(figure, summary)));
         stage_figure(staging, &format!("{prefix}{name}"), draw)
@@ -186,10 +193,48 @@ pub fn write_fit(
     draw("reconstruction", &|| Some(reconstruction_figure(fit)))?;
     draw("source", &|| source_figure(fit))?;
     let names: Vec<&str> = fit.parameters.iter().map(|p| p.name.as_str()).collect();
-    draw("corner", &|| Some(corner_figure(&[("", fit)], &names, truths)))?;
+    let physical = most_physical(&names);
+    draw("corner", &|| Some(corner_figure(&[("", fit)], &physical, truths)))?;
+    let has_more = physical.len() < names.len();
+    draw("corner_all", &|| has_more.then(|| corner_figure(&[("", fit)], &names, truths)))?;
     let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
     draw("corner_shear", &|| (shears.len() > 1).then(|| corner_figure(&[("", fit)], &shears, truths)))?;
-    draw("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1))))
+    draw("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1))))?;
+    stage_page(staging, prefix, record)
+}
+
+/// Of many parameters those that fit on a page: shears first, then the lens, then its source.
+fn most_physical<'a>(names: &[&'a str]) -> Vec<&'a str> {
+    const MOST: usize = 8;
+    const FIRST: [&str; 8] = ["_los", "gamma", "theta_E", ".gamma", "lens", ".e", "R_sersic", "source"];
+    let rank = |name: &str| FIRST.iter().position(|word| name.contains(word)).unwrap_or(FIRST.len());
+    let mut kept: Vec<usize> = (0..names.len()).collect();
+    kept.sort_by_key(|&i| (rank(names[i]), i));
+    kept.truncate(MOST);
+    kept.sort_unstable();
+    kept.into_iter().map(|i| names[i]).collect()
+}
+
+/// Data, best fit and residual as they are drawn; NaN where the mask leaves a pixel out.
+fn write_reconstruction(fit: &Fit, path: &Path, provenance: &Provenance) -> Result<()> {
+    let observation = fit.likelihood.observation();
+    let n = observation.grid.pixels();
+    let file = RunFile::create(path, provenance)?;
+    for (name, values, unit, about) in [
+        ("residual", fit.normalised_residuals(), "", "(data - model)/noise"),
+        ("data", used_data(fit), "electron/s", "the image, where it is used"),
+        ("model", fit.image.model_e_s.clone(), "electron/s", "the best fit"),
+    ] {
+        file.write_2d("image", name, &values, (n, n), unit, about)?;
+    }
+    file.attribute("image", "pixel_scale_arcsec", observation.grid.pixel_scale_arcsec())?;
+    file.close()
+}
+
+fn used_data(fit: &Fit) -> Vec<f64> {
+    let observation = fit.likelihood.observation();
+    let masked = observation.data_e_s.iter().zip(&observation.used);
+    masked.map(|(d, used)| if *used { *d } else { f64::NAN }).collect()
 }
 
 /// Corner plot of the named quantities of one or more fits, each with its name in the legend.
@@ -245,8 +290,7 @@ pub fn reconstruction_figure(fit: &Fit) -> Figure {
     let observation = fit.likelihood.observation();
     let sky = observation.grid;
     let grid = |values| GridData::square(values, sky.pixels(), sky.half_width_arcsec());
-    let masked = observation.data_e_s.iter().zip(&observation.used);
-    let data: Vec<f64> = masked.map(|(d, used)| if *used { *d } else { f64::NAN }).collect();
+    let data = used_data(fit);
     let residuals = fit.normalised_residuals();
     let grids = [grid(&data), grid(&fit.image.model_e_s), grid(&residuals)];
     reconstruction(grids, observation.background_rms_e_s, fit.chi2_reduced())
@@ -270,4 +314,31 @@ fn source_figure(fit: &Fit) -> Option<Figure> {
     let faintest = observation.background_rms_e_s / observation.grid.pixel_scale_arcsec().powi(2);
     let extent_arcsec = Extent::square([x, y], half);
     Some(source_plane(GridData { values: &values, nx: PIXELS, ny: PIXELS, extent_arcsec }, faintest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_corner_of_many_keeps_the_shears_and_the_lens() {
+        let names = [
+            "lens.theta_E",
+            "lens.e1",
+            "source.x",
+            "lens.center_x",
+            "light.n",
+            "light.R",
+            "light.e1",
+            "light.e2",
+            "gamma1_od",
+            "gamma2_od",
+            "gamma1_los",
+            "gamma2_los",
+        ];
+        let kept = most_physical(&names);
+        let wanted = ["lens.theta_E", "lens.e1", "lens.center_x", "light.e1", "gamma1_od", "gamma2_od"];
+        assert_eq!(kept, [&wanted[..], &names[10..]].concat());
+        assert_eq!(most_physical(&names[..3]), names[..3]);
+    }
 }

@@ -26,7 +26,10 @@ pub fn draw_figures(
     save: impl Fn(&str, &dyn Fn() -> Result<Figure>) -> Result<()>,
 ) -> Result<()> {
     let (file, config) = open(run_file)?;
-    save("mass_function", &|| mass_function_figure(&file))?;
+    // Haloes of the user's own do not come from the relation of the configuration.
+    if config.haloes.catalogue.is_none() {
+        save("mass_function", &|| mass_function_figure(&file))?;
+    }
     save("cylinder", &|| cylinder_figure(&file, &config))?;
     save("histograms", &|| histogram_figure(&file, &config))?;
     for (name, figure) in map_figures(run_file)? {

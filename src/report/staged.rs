@@ -26,7 +26,7 @@ pub fn stage_json(staging: &Staging, name: &str, value: &impl Serialize) -> Resu
     stage_text(staging, name, &(json + "\n"))
 }
 
-/// Stages `NAME.svg` and `NAME.png`, where `draw` makes a figure. One that cannot be drawn is left out, and the staging
+/// Stages of `NAME.svg` and `NAME.png` those that are wanted, where `draw` makes a figure. One that cannot be drawn is left out, and the staging
 /// folder remembers why: numbers are worth more than their picture.
 ///
 /// # Errors
@@ -36,10 +36,16 @@ pub fn stage_figure(
     name: &str,
     draw: impl FnOnce() -> Result<Option<Figure>>,
 ) -> Result<()> {
-    let files = ["svg", "png"].map(|suffix| format!("{name}.{suffix}"));
+    let (suffixes, wanted) = (["svg", "png"], ["svg", "png"].map(|suffix| staging.wants(suffix)));
+    if wanted == [false, false] {
+        return Ok(());
+    }
+    let files = suffixes.map(|suffix| format!("{name}.{suffix}"));
     let drawn = catch_unwind(AssertUnwindSafe(|| match draw()? {
         None => Ok(()),
-        Some(figure) => staging.write(&files[0], |path| figure.save(&path.with_extension("")).map(drop)),
+        Some(figure) => {
+            staging.write(&files[0], |path| figure.save_as(&path.with_extension(""), wanted).map(drop))
+        }
     }));
     let why = match drawn {
         Ok(Ok(())) => return Ok(()),

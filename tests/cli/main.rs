@@ -12,6 +12,7 @@ mod image_inputs;
 mod images;
 mod interrupted;
 mod lens;
+mod pages;
 mod runs;
 mod stopped;
 mod tables;

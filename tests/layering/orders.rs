@@ -91,7 +91,9 @@ pub const ORDERS: [Order; 8] = [
     Order {
         folder: "report",
         parts: &[
+            "number_text",
             "staged",
+            "page",
             "curve_figure",
             "exposure_figure",
             "study_figures",

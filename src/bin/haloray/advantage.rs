@@ -9,13 +9,14 @@ use haloray::io::{Provenance, Staging};
 use haloray::pipeline::{Advantage, advantage};
 use haloray::plot::Figure;
 use haloray::report::{
-    FitSummary, corner_figure, exposure_figure, markdown_table, result_text, stage_figure, stage_text,
-    write_fit,
+    FitSummary, RunRecord, corner_figure, exposure_figure, markdown_table, result_text, stage_figure,
+    stage_page, stage_text, write_fit,
 };
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, SamplerArg, table};
 use crate::output::{begin, commit, print_files};
+use crate::record::{option, record, value_name};
 
 /// Fit the paper's Table 1 image with the full and with the minimal model of the line of sight (section 2.3).
 ///
@@ -59,10 +60,23 @@ fn write(
     seconds: f64,
 ) -> Result<Vec<FitSummary>> {
     let mut summaries = Vec::new();
+    let options = [
+        option("--seed", args.seed, 1),
+        option("--sampler", value_name(args.sampler), value_name(SamplerArg::Valley)),
+    ];
+    let about = "The paper's Table 1 image fitted with the full and with the minimal model of the line of sight (section 2.3).";
+    let none = Provenance::new(Some(args.seed), "");
+    let whole = record("study advantage", &options.concat(), about, &none);
     for (name, fit) in [("simple-full", &study.full), ("simple-minimal", &study.minimal)] {
         let description = ModelDescription::built_in(name)?;
         let provenance = Provenance::new(Some(args.seed), crate::fit::toml_of(&description));
         let summary = FitSummary::of(fit, name, seconds);
+        let record = RunRecord {
+            command: format!("study advantage: {name}"),
+            about: description.about.clone(),
+            configuration: provenance.config_toml.clone(),
+            ..whole.clone()
+        };
         write_fit(
             fit,
             &summary,
@@ -70,6 +84,7 @@ fn write(
             staging,
             &format!("{name}/"),
             &provenance,
+            &record,
         )?;
         summaries.push(summary);
     }
@@ -89,6 +104,7 @@ fn write(
     let figures =
         [("full_os_ds", "os and ds shears of the full model"), ("los_of_both", "γ_LOS of both models")];
     stage_text(staging, "result.md", &result_text(&comparison(&summaries, &study.image.truths), &figures))?;
+    stage_page(staging, "", &whole)?;
     Ok(summaries)
 }
 

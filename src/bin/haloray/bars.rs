@@ -1,6 +1,6 @@
 //! The terminal's side of the monitor: progress bars on stderr, how long each stage took, what is kept when stopped.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -12,7 +12,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Draws a bar for the stage that runs and remembers the seconds of those that ended.
 pub struct Bars {
     quiet: bool,
+    json: bool,
     overwrite: bool,
+    left_out: Vec<&'static str>,
     cancelled: AtomicBool,
     running: Mutex<Vec<Stage>>,
     ended: Mutex<Vec<(String, Duration)>>,
@@ -25,11 +27,31 @@ struct Stage {
     bar: ProgressBar,
 }
 
+impl Stage {
+    /// What runs, how much of it has ended, how long it has taken and may still take.
+    fn told(&self) -> String {
+        let elapsed = self.start.elapsed().as_secs_f64();
+        let message = self.bar.message();
+        let of = match self.bar.length().filter(|length| *length > 0) {
+            None => String::new(),
+            Some(all) => {
+                let (done, share) = (self.bar.position(), self.bar.position() as f64 / all as f64);
+                let left = elapsed / share - elapsed;
+                let left = if left.is_finite() { format!(", about {left:.0} s left") } else { String::new() };
+                format!(", {done} of {all}{left}")
+            }
+        };
+        format!("{message}{of}, {elapsed:.0} s elapsed")
+    }
+}
+
 impl Bars {
-    pub fn new(quiet: bool, overwrite: bool) -> Self {
+    pub fn new(quiet: bool, json: bool, overwrite: bool, left_out: Vec<&'static str>) -> Self {
         Self {
             quiet,
+            json,
             overwrite,
+            left_out,
             cancelled: AtomicBool::new(false),
             running: Mutex::default(),
             ended: Mutex::default(),
@@ -37,13 +59,43 @@ impl Bars {
         }
     }
 
+    /// Whether results are not printed for a person to read.
     pub fn is_quiet(&self) -> bool {
-        self.quiet
+        self.quiet || self.json
+    }
+
+    /// Whether results are printed for a program to read.
+    pub fn is_json(&self) -> bool {
+        self.json
+    }
+
+    /// Where nobody sees bars, says on stderr every ten seconds how far the running stage is, for as long as the
+    /// program lives.
+    pub fn speak(&'static self) {
+        const EVERY: Duration = Duration::from_secs(10);
+        if self.quiet || std::io::stderr().is_terminal() {
+            return;
+        }
+        // Without the thread nothing is lost but these lines.
+        let _ = std::thread::Builder::new().spawn(move || {
+            loop {
+                std::thread::sleep(EVERY);
+                let line = lock(&self.running).last().map(Stage::told);
+                if let Some(line) = line.filter(|_| !self.is_cancelled()) {
+                    let _ = writeln!(std::io::stderr(), "progress: {line}");
+                }
+            }
+        });
     }
 
     /// Whether files of the user's own may be replaced.
     pub fn overwrites(&self) -> bool {
         self.overwrite
+    }
+
+    /// Extensions of figures that are not wanted.
+    pub fn left_out(&self) -> &[&'static str] {
+        &self.left_out
     }
 
     /// Runs `work` as a stage of its own.
@@ -79,10 +131,9 @@ impl Bars {
 impl Monitor for Bars {
     fn begin(&self, stage: &str, units: Option<u64>) {
         let bar = match units {
-            Some(units) => {
-                ProgressBar::new(units).with_style(style("{bar:30} {human_pos}/{human_len} {eta}"))
-            }
-            None => ProgressBar::new_spinner().with_style(style("{spinner} {elapsed}")),
+            Some(units) => ProgressBar::new(units)
+                .with_style(style("{bar:30} {human_pos} of {human_len} · {elapsed} elapsed · {eta} left")),
+            None => ProgressBar::new_spinner().with_style(style("{spinner} {elapsed} elapsed")),
         };
         let mut running = lock(&self.running);
         let hidden = self.quiet || self.is_cancelled();

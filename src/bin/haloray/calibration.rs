@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::bars::Bars;
 use crate::fit::SamplerArg;
 use crate::output::{begin, finish_study};
+use crate::record::{option, record, value_name};
 use crate::saved::SavedRows;
 
 /// Whether posteriors are right: systems drawn from a prior and fitted under it (simulation-based calibration).
@@ -69,7 +70,14 @@ pub fn run(args: &CalibrationArgs, bars: &Bars) -> Result<()> {
     let figure = calibration(&parameters.iter().zip(&model.free).map(histogram).collect::<Vec<_>>());
     stage_figure(&staging, "calibration", || Ok(Some(figure)))?;
     let result = result_text(&summary.table(), &[("calibration", "rank histograms and coverage")]);
-    finish_study(staging, &result, bars)?;
+    let options = [
+        option("-n", args.number, 200),
+        option("--seed", args.seed, 1),
+        option("--sampler", value_name(args.sampler), value_name(SamplerArg::Valley)),
+    ];
+    let about = "Are posteriors right? Systems drawn from a prior and fitted under it: the rank of the truth must be uniform.";
+    let record = record("study calibration", &options.concat(), about, &provenance);
+    finish_study(staging, &result, &record, bars)?;
     saved.remove();
     Ok(())
 }

@@ -11,12 +11,15 @@ use haloray::io::{
 };
 use haloray::mock::ShearRecovery;
 use haloray::pipeline::{CatalogueImage, CatalogueSettings, fit_catalogue};
-use haloray::report::{CatalogueReport, result_text, stage_figure, stage_json, stage_text};
+use haloray::report::{
+    CatalogueReport, RunRecord, result_text, stage_figure, stage_json, stage_page, stage_text,
+};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::fit::{SamplerArg, SamplingArg, description, fingerprint, limited, toml_of};
 use crate::output::{begin, commit, one_of_a_name, print_files};
+use crate::record::{file_name, option, record, value_name};
 use crate::terminal::{print, warn};
 
 /// How well γ_LOS is measured: every image of a catalogue fitted with every model (section 3, Table 2).
@@ -139,6 +142,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
     }
     let provenance = Provenance::new(Some(args.seed), resolved(&models, &settings));
     write(&report, &staging, &provenance)?;
+    stage_page(&staging, "", &catalogue_record(args, &provenance))?;
     let files = commit(staging)?;
     if !bars.is_quiet() {
         let (table, fits) = (report.markdown(), report.fits.len());
@@ -164,6 +168,22 @@ fn keys(
         }
     }
     Ok(keys)
+}
+
+fn catalogue_record(args: &CatalogueArgs, provenance: &Provenance) -> RunRecord {
+    let models: Vec<String> = args.models.iter().map(|model| file_name(model.as_ref())).collect();
+    let text = |value: Option<usize>| value.map(|n| n.to_string()).unwrap_or_default();
+    let options = [
+        option("--models", models.join(","), "comprehensive,no-foreground-shear,aligned,power-law"),
+        option("--first", text(args.first), ""),
+        option("--pixel-sampling", args.pixel_sampling.map(value_name).unwrap_or_default(), ""),
+        option("--sampler", value_name(args.sampler), value_name(SamplerArg::Valley)),
+        option("--max-draws", text(args.max_draws), ""),
+        option("--seed", args.seed, 1),
+    ];
+    let about = "Every image of a catalogue fitted with every model: how precisely and truly γ_LOS is found.";
+    let words: Vec<String> = ["catalogue".to_owned()].into_iter().chain(options.concat()).collect();
+    record("study catalogue", &words, about, provenance)
 }
 
 fn resolved(models: &[ModelDescription], settings: &CatalogueSettings) -> String {

@@ -6,12 +6,14 @@ use haloray::Result;
 use haloray::error::Domain;
 use haloray::io::{Column, RAYS_GROUP, Table};
 use haloray::pipeline::{CutRow, cut_study};
-use haloray::report::{cut_figure, markdown_table, result_text, stage_figure};
+use haloray::report::{
+    cut_figure, decimals_text, grouped, markdown_table, number_text, result_text, stage_figure,
+};
 
 use crate::bars::Bars;
 use crate::output::{begin, finish_study};
+use crate::record::configured;
 use crate::settings::{Settings, Tracing, check_draws, of_option, provenance, psf};
-use crate::summary::grouped;
 
 /// What the shear cut does to κ, γ, F, Δ and the image of one line of sight.
 ///
@@ -50,7 +52,11 @@ pub fn run(args: &CutArgs, bars: &Bars) -> Result<()> {
     let figure = cut_figure(&rows);
     stage_figure(&staging, "cut", || Ok(Some(figure)))?;
     let shows = "changes of κ, γ, F, Δ and of the image against the cut";
-    finish_study(staging, &result_text(&summary(&rows), &[("cut", shows)]), bars)
+    let cuts: Vec<String> = args.cuts.iter().map(|cut| format!("{cut:e}")).collect();
+    let about = "One line of sight with fewer and fewer of its haloes left out: what the shear cut changes.";
+    let arguments = ["--cuts".to_owned(), cuts.join(",")];
+    let record = configured(&staging, "study cut", &arguments, about, &provenance)?;
+    finish_study(staging, &result_text(&summary(&rows), &[("cut", shows)]), &record, bars)
 }
 
 fn largest(row: &CutRow) -> f64 {
@@ -87,10 +93,10 @@ fn table(rows: &[CutRow]) -> Result<Table> {
 fn summary(rows: &[CutRow]) -> String {
     let line = |row: &CutRow| {
         let q = row.view.quantities();
-        let signed = ["kappa_os", "gamma1_os", "gamma2_os"].map(|name| format!("{:+.4}", q.get(name)));
-        let cut = [format!("{:.0e}", row.min_point_shear), grouped(row.view.number_of_haloes as f64)];
+        let signed = ["kappa_os", "gamma1_os", "gamma2_os"].map(|name| decimals_text(q.get(name), 4));
+        let cut = [number_text(row.min_point_shear, 1), grouped(row.view.number_of_haloes as f64)];
         let delta = format!("{:.3}", q.get("delta_tot"));
-        let image = [format!("{:.2e}", largest(row)), format!("{:.2e}", row.image_chi_squared())];
+        let image = [number_text(largest(row), 3), number_text(row.image_chi_squared(), 3)];
         cut.into_iter().chain(signed).chain([delta]).chain(image).collect()
     };
     let head =

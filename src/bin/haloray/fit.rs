@@ -16,11 +16,12 @@ use haloray::inference::sample::{
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
 use haloray::io::{Provenance, hash, read_observation, read_text};
 use haloray::monitor::Monitor;
-use haloray::report::{FitSummary, write_fit};
+use haloray::report::{FitSummary, RunRecord, decimals_text, write_fit};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::output::{begin, commit, print_files};
+use crate::record::{file_name, option, record, value_name};
 use crate::saved::StateFile;
 use crate::terminal::{print, print_result, warn};
 use crate::through_haloes::{choose_table, compile};
@@ -150,11 +151,12 @@ pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Resul
 }
 
 /// What the folder of a fit holds.
-const FIT_FILES: [&str; 12] = [
+const FIT_FILES: [&str; 13] = [
     "summary.json",
     "timings.json",
     "model.toml",
     "posterior.nc",
+    "reconstruction.h5",
     "corner.svg",
     "corner.png",
     "reconstruction.svg",
@@ -235,7 +237,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     })?;
     drop(task);
     let summary = FitSummary::of(&fit, &description.name, saved.seconds());
-    write_fit(&fit, &summary, &[("truth", truths.clone())], &staging, "", &provenance)?;
+    let about = match description.about.as_str() {
+        "" => format!("An image fitted with the model {}.", description.name),
+        about => about.to_owned(),
+    };
+    let record = fit_record(args, image, &about, &provenance);
+    write_fit(&fit, &summary, &[("truth", truths.clone())], &staging, "", &provenance, &record)?;
     let files = commit(staging)?;
     saved.file.remove();
     if !bars.is_quiet() {
@@ -243,6 +250,22 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     }
     print_files(&files, bars);
     Ok(if summary.converged { Outcome::Converged } else { Outcome::NotConverged })
+}
+
+/// What the page says of the command; likelihood and pixels are in the model that is kept.
+fn fit_record(args: &Args, image: &Path, about: &str, provenance: &Provenance) -> RunRecord {
+    let text = |value: Option<String>| value.unwrap_or_default();
+    let options = [
+        option("--haloes", text(args.haloes.as_deref().map(file_name)), ""),
+        option("--sampler", value_name(args.sampler), value_name(SamplerArg::Valley)),
+        option("--max-draws", text(args.max_draws.map(|n| n.to_string())), ""),
+        option("--min-ess", args.min_ess, ESS_LIMIT),
+        option("--seed", args.seed, 1),
+        option("--truth", text(args.truth.as_deref().map(file_name)), ""),
+    ];
+    let inputs = [file_name(image), "--model".into(), "model.toml".into()];
+    let words: Vec<String> = inputs.into_iter().chain(options.into_iter().flatten()).collect();
+    record("fit", &words, about, provenance)
 }
 
 /// The state of an unfinished fit.
@@ -353,22 +376,22 @@ pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
     for p in &summary.parameters {
         let note = match (p.bounded, truths.iter().find(|(name, _)| *name == p.name)) {
             (false, _) => "  reaches its prior's edge".into(),
-            (_, Some((_, truth))) => format!("  true {truth:.5}"),
+            (_, Some((_, truth))) => format!("  true {}", decimals_text(*truth, 5)),
             _ => String::new(),
         };
         let _ = writeln!(
             text,
-            "{:<24} {:>11.5} {:>11.5} {:>24} {:>8.4} {:>8.0}{note}",
+            "{:<24} {:>11} {:>11} {:>24} {:>8.4} {:>8.0}{note}",
             p.name,
-            p.median,
-            p.best_fit,
-            format!("[{:.5}, {:.5}]", p.hpd68_low, p.hpd68_high),
+            decimals_text(p.median, 5),
+            decimals_text(p.best_fit, 5),
+            format!("[{}, {}]", decimals_text(p.hpd68_low, 5), decimals_text(p.hpd68_high, 5)),
             p.r_hat,
             p.ess_bulk.min(p.ess_tail)
         );
     }
     if let (Some(z), Some(error)) = (summary.log_evidence, summary.log_evidence_error) {
-        let _ = writeln!(text, "\nln Z = {z:.2} ± {error:.2}");
+        let _ = writeln!(text, "\nln Z = {} ± {error:.2}", decimals_text(z, 2));
     }
     let _ = writeln!(
         text,

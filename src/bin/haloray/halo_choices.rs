@@ -9,6 +9,7 @@ use haloray::report::{markdown_table, result_text};
 
 use crate::bars::Bars;
 use crate::output::{begin, finish_study};
+use crate::record::{configured, option};
 use crate::settings::{Settings, provenance};
 
 /// What truncation and concentration scatter of the haloes change in shear, flexion and Δ.
@@ -65,5 +66,7 @@ pub fn run(args: &HaloChoicesArgs, bars: &Bars) -> Result<()> {
     ];
     let lines: Vec<_> = rows.iter().map(line).collect();
     let text = format!("{} sightlines.\n\n{}", args.number, markdown_table(&head, &lines));
-    finish_study(staging, &result_text(&text, &[]), bars)
+    let about = "The same sightlines with plain and truncated haloes, without and with scatter of their concentrations.";
+    let record = configured(&staging, "study haloes", &option("-n", args.number, 60), about, &provenance)?;
+    finish_study(staging, &result_text(&text, &[]), &record, bars)
 }

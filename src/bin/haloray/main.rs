@@ -17,7 +17,9 @@ mod map;
 mod mock;
 mod output;
 mod populate;
+mod record;
 mod relations;
+mod report;
 mod saved;
 mod schema;
 mod settings;
@@ -62,9 +64,35 @@ struct Cli {
     /// No progress bars and no summary.
     #[arg(long, short, global = true, display_order = 901)]
     quiet: bool,
+    /// Print the results as one JSON object, for programs: folder, files, and what summary or tables say.
+    #[arg(long, global = true, display_order = 901, conflicts_with = "quiet")]
+    json: bool,
+    /// No figures, and none on the page of the run.
+    #[arg(long, global = true, display_order = 903)]
+    no_figures: bool,
+    /// As what figures are written.
+    #[arg(long, global = true, display_order = 904, value_delimiter = ',', default_value = "svg,png")]
+    format: Vec<FigureFormat>,
     /// Replace files in the output folder that no earlier run wrote there, or that were changed since.
     #[arg(long, global = true, display_order = 902)]
     overwrite: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum FigureFormat {
+    /// Drawings that scale.
+    Svg,
+    /// Pictures of 300 dpi.
+    Png,
+}
+
+impl Cli {
+    /// Extensions of figures that are not written.
+    fn left_out(&self) -> Vec<&'static str> {
+        let all = [(FigureFormat::Svg, "svg"), (FigureFormat::Png, "png")];
+        let is_out = |format: FigureFormat| self.no_figures || !self.format.contains(&format);
+        all.into_iter().filter(|(format, _)| is_out(*format)).map(|(_, extension)| extension).collect()
+    }
 }
 
 #[derive(Subcommand)]
@@ -79,6 +107,7 @@ enum Command {
     Images(images::Args),
     Mock(mock::Args),
     Study(study::Args),
+    Report(report::Args),
     Relations(relations::Args),
     Distances(distances::Args),
     Schema(schema::Args),
@@ -90,7 +119,9 @@ fn main() -> ExitCode {
         Err(refused) => report_arguments(&refused),
         Ok(mut cli) => {
             terminal::listen(cli.quiet);
-            let bars: &'static Bars = Box::leak(Box::new(Bars::new(cli.quiet, cli.overwrite)));
+            let bars: &'static Bars =
+                Box::leak(Box::new(Bars::new(cli.quiet, cli.json, cli.overwrite, cli.left_out())));
+            bars.speak();
             let result = interrupt::watch(bars).and_then(|()| run(&mut cli, bars));
             result.unwrap_or_else(|error| {
                 interrupt::end(bars);
@@ -127,6 +158,7 @@ fn run(cli: &mut Cli, bars: &Bars) -> Result<ExitCode> {
         Command::Mock(args) => mock::run(args, bars),
         Command::Relations(args) => relations::run(args, bars),
         Command::Distances(args) => distances::run(args),
+        Command::Report(args) => report::run(args, bars),
         Command::Schema(args) => schema::run(args),
         Command::Completions(args) => completions::run(args, Cli::command()),
         Command::Simulate(args) => return Ok(simulate::run(args, bars)?.into()),

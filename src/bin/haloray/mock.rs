@@ -10,12 +10,13 @@ use haloray::mock::{MockImage, MockSystem, Protocol};
 use haloray::monitor::Monitor;
 use haloray::pipeline::RowStore;
 use haloray::plot::figures::{GridData, MosaicImage, mosaic};
-use haloray::report::stage_figure;
+use haloray::report::{stage_figure, stage_page};
 use rayon::prelude::*;
 
 use crate::bars::Bars;
 use crate::fit::SamplingArg;
 use crate::output::{begin, commit, print_files};
+use crate::record::{option, record, value_name};
 use crate::saved::{SavedRows, StateFile};
 
 /// Draw realistic composite lenses and image them: the paper's catalogue of section 3 and appendix B.
@@ -90,6 +91,15 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         let truths = truth_table(&systems, names, qualities)?;
         staging.write("truth.csv", |path| truths.write(path, CATALOGUE_GROUP, &provenance))?;
     }
+    let options = [
+        option("-n", args.number, 64),
+        option("--seed", args.seed, 1),
+        option("--preset", value_name(args.preset), value_name(PresetArg::Paper)),
+        option("--pixel-sampling", value_name(args.pixel_sampling), value_name(SamplingArg::Point)),
+        [if args.no_images { "--no-images".into() } else { String::new() }, String::new()],
+    ];
+    let about = "Composite lenses drawn from the distributions of a catalogue, and their images behind a line of sight.";
+    stage_page(&staging, "", &record("mock", &options.concat(), about, &provenance))?;
     let files = commit(staging)?;
     StateFile::beside(&args.output, "study", String::new()).remove();
     print_files(&files, bars);

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use haloray::error::FileFault;
-use haloray::io::{Replace, Staging, check_writable, plain_name};
-use haloray::report::stage_text;
+use haloray::io::{Column, Replace, Staging, Table, Values, check_writable, plain_name};
+use haloray::report::{PAGE_FILE, RunRecord, stage_page, stage_text};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -48,8 +48,9 @@ impl Output {
 
 /// A staged folder for results of those names; a user's own files there are safe unless `--overwrite` is given.
 pub fn begin(folder: &Path, names: &[&str], bars: &Bars) -> Result<Staging> {
+    let names: Vec<&str> = names.iter().copied().chain([PAGE_FILE, "report.json"]).collect();
     let replace = if bars.overwrites() { Replace::Any } else { Replace::Own };
-    Staging::begin(folder, names, replace)
+    Ok(Staging::begin(folder, &names, replace)?.without(bars.left_out()))
 }
 
 /// Puts the results in their place, and warns of those that could not be made.
@@ -59,8 +60,9 @@ pub fn commit(staging: Staging) -> Result<Vec<PathBuf>> {
 }
 
 /// Stages the result of a study beside its other files, commits its folder and prints what there is.
-pub fn finish_study(staging: Staging, result: &str, bars: &Bars) -> Result<()> {
+pub fn finish_study(staging: Staging, result: &str, record: &RunRecord, bars: &Bars) -> Result<()> {
     stage_text(&staging, "result.md", result)?;
+    stage_page(&staging, "", record)?;
     let files = commit(staging)?;
     if !bars.is_quiet() {
         crate::terminal::print(result);
@@ -83,9 +85,77 @@ pub fn one_of_a_name<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Re
     Ok(())
 }
 
-/// Lists the files written, one a line.
+/// Says in one line which files were written; for programs all that they hold in short.
 pub fn print_files(files: &[PathBuf], bars: &Bars) {
-    if !bars.is_quiet() {
-        crate::terminal::print(&files.iter().map(|f| format!("{}\n", f.display())).collect::<String>());
+    if bars.is_json() {
+        crate::terminal::print(&format!("{:#}\n", json(files)));
+    } else if !bars.is_quiet() {
+        crate::terminal::print(&listed(files));
     }
+}
+
+/// One file by its path; several by their folder and names, with folders in it as one entry.
+fn listed(files: &[PathBuf]) -> String {
+    let folder = common_folder(files);
+    if let ([file], _) | ([file, ..], None) = (files, &folder) {
+        return format!("{}\n", file.display());
+    }
+    let Some(folder) = folder else { return String::new() };
+    let mut entries: Vec<(String, usize)> = Vec::new();
+    for file in files {
+        let inner = file.strip_prefix(&folder).unwrap_or(file);
+        let mut parts = inner.components().map(|part| part.as_os_str().to_string_lossy().into_owned());
+        let name = parts.next().unwrap_or_default() + if parts.next().is_some() { "/" } else { "" };
+        match entries.last_mut().filter(|(last, _)| *last == name) {
+            Some((_, count)) => *count += 1,
+            None => entries.push((name, 1)),
+        }
+    }
+    let entry = |(name, count): &(String, usize)| match name.ends_with('/') {
+        true => format!("{name} ({count})"),
+        false => name.clone(),
+    };
+    let names: Vec<String> = entries.iter().map(entry).collect();
+    format!("files in {}: {}\n", folder.display(), names.join(", "))
+}
+
+/// The deepest folder that holds all files.
+fn common_folder(files: &[PathBuf]) -> Option<PathBuf> {
+    let shortest =
+        files.iter().filter_map(|file| file.parent()).min_by_key(|folder| folder.components().count())?;
+    let is_common = |folder: &&Path| files.iter().all(|file| file.starts_with(folder));
+    shortest.ancestors().find(is_common).map(Path::to_path_buf)
+}
+
+/// Folder, files, and the contents of the summary, the scores and the tables among them.
+fn json(files: &[PathBuf]) -> serde_json::Value {
+    let folder = common_folder(files).unwrap_or_default();
+    let top = |file: &&PathBuf| file.parent() == Some(&folder);
+    let mut object = serde_json::json!({ "folder": folder, "files": files });
+    for file in files.iter().filter(top) {
+        let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let value = match file.extension().and_then(|extension| extension.to_str()) {
+            Some("json") if stem == "summary" || stem == "scores" => {
+                std::fs::read_to_string(file).ok().and_then(|text| serde_json::from_str(&text).ok())
+            }
+            Some("csv") => Table::read(file, "").ok().map(|table| columns(&table)),
+            _ => None,
+        };
+        if let Some(value) = value {
+            object[stem] = value;
+        }
+    }
+    object
+}
+
+/// A table by its columns; JSON has no numbers that are none.
+fn columns(table: &Table) -> serde_json::Value {
+    let column = |column: &Column| {
+        let values = match &column.values {
+            Values::F64(values) => serde_json::json!(values),
+            Values::Text(values) => serde_json::json!(values),
+        };
+        (column.name.clone(), values)
+    };
+    table.columns().iter().map(column).collect::<serde_json::Map<_, _>>().into()
 }

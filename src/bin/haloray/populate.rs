@@ -8,7 +8,8 @@ use haloray::pipeline;
 
 use crate::bars::Bars;
 use crate::settings::{Settings, Sightline, check_not_an_input, imported_haloes, provenance};
-use crate::summary::{counted, grouped};
+use crate::summary::counted;
+use haloray::report::grouped;
 
 /// Draw the haloes of a line of sight and write them as a table.
 ///

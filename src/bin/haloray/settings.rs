@@ -27,6 +27,9 @@ pub struct Settings {
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     #[arg(value_parser = seed)]
     seed: Option<u64>,
+    /// A key of the configuration, laid over the file; may be given again for other keys.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// How haloes are drawn, instead of the configuration's.
     #[arg(long, value_enum)]
     draw: Option<DrawArg>,
@@ -72,7 +75,7 @@ impl Settings {
             Preset::Paper => config::Preset::Paper,
             Preset::Consistent => config::Preset::Consistent,
         };
-        let mut config = config::load(preset, self.config.as_deref())?;
+        let mut config = config::load_with(preset, self.config.as_deref(), &self.set)?;
         config.seed = self.seed.unwrap_or(config.seed);
         if let Some(draw) = self.draw {
             config.haloes.draw = match draw {

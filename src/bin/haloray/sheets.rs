@@ -3,6 +3,7 @@
 use haloray::Result;
 use haloray::config::{Config, SheetModel};
 use haloray::pipeline::Haloes;
+use haloray::report::decimals_text;
 
 use crate::bars::Bars;
 use crate::terminal::{print, warn};
@@ -16,7 +17,7 @@ const DECISIVE: f64 = 0.2;
 pub fn tell(sheets: &str, kappa: &[f64], bars: &Bars) {
     let total: f64 = kappa.iter().sum();
     if !bars.is_quiet() {
-        print(&format!("sheets: {sheets}, κ = {:.4} in all\n", 0.0 - total));
+        print(&format!("sheets: {sheets}, κ = {} in all\n", decimals_text(-total, 4)));
     }
     let largest = kappa.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
     let decides = |k: f64| k > LARGE || (k > DECISIVE && k > 0.5 * total);

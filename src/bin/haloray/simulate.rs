@@ -6,11 +6,12 @@ use haloray::Result;
 use haloray::inference::model::ModelDescription;
 use haloray::io::{Provenance, Staging};
 use haloray::pipeline::{DEFINITIONS, Inputs, ViewFit, fit_views, simulate};
-use haloray::report::{FitSummary, stage_text, write_fit, write_run};
+use haloray::report::{FitSummary, RunRecord, stage_page, stage_text, write_fit, write_run};
 
 use crate::bars::Bars;
 use crate::fit::{Outcome, table, toml_of};
 use crate::output::{begin, commit, one_of_a_name};
+use crate::record::{configured, option};
 use crate::settings::{Settings, Sightline, Tracing, imported_haloes, provenance, psf};
 use crate::summary;
 
@@ -67,15 +68,18 @@ pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
     let run = simulate(&config, inputs, args.sightline.number, bars)?;
     bars.stage("files and figures", || write_run(&run, &psf, &staging, &provenance))?;
     let fits = fit_views(&run, &psf, &args.fit, bars)?;
-    let summaries = write_fits(&fits, &staging, config.seed)?;
+    let record = record(args, &staging, &provenance)?;
+    let summaries = write_fits(&fits, &staging, &record, config.seed)?;
+    bars.stage("page", || stage_page(&staging, "", &record))?;
     let files = commit(staging)?;
     if !bars.is_quiet() {
-        summary::print(&run, &args.settings.name(), &bars.seconds(), &files);
+        summary::print(&run, &args.settings.name(), &bars.seconds());
         for (fit, summary) in fits.iter().zip(&summaries) {
             crate::terminal::print(&format!("{} fitted with {}; true: on the axis\n", fit.image, fit.model));
             crate::terminal::print(&table(summary, fit.on_axis()));
         }
     }
+    crate::output::print_files(&files, bars);
     for fit in &fits {
         if let Some(gain) = fit.missed_by {
             crate::terminal::warn(format_args!(
@@ -88,8 +92,16 @@ pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
     Ok(if converged { Outcome::Converged } else { Outcome::NotConverged })
 }
 
+fn record(args: &Args, staging: &Staging, provenance: &Provenance) -> Result<RunRecord> {
+    let about = "What every halo on one line of sight does to the image of a lens: haloes, tensors, maps and images through them.";
+    let sightline = option("--sightline", args.sightline.number, 0);
+    let arguments: Vec<String> =
+        [sightline, option("--fit", args.fit.join(","), "")].into_iter().flatten().collect();
+    configured(staging, "simulate", &arguments, about, provenance)
+}
+
 /// Every fit in a folder of its own, and a table of expected and recovered shears.
-fn write_fits(fits: &[ViewFit], staging: &Staging, seed: u64) -> Result<Vec<FitSummary>> {
+fn write_fits(fits: &[ViewFit], staging: &Staging, whole: &RunRecord, seed: u64) -> Result<Vec<FitSummary>> {
     let mut summaries = Vec::new();
     let mut rows =
         String::from("image,model,parameter,expected_on_axis,median,hpd68_low,hpd68_high,converged");
@@ -99,7 +111,13 @@ fn write_fits(fits: &[ViewFit], staging: &Staging, seed: u64) -> Result<Vec<FitS
         let provenance = Provenance::new(Some(seed), toml_of(&fit.description));
         let summary = FitSummary::of(&fit.fit, &fit.model, fit.seconds);
         let prefix = format!("fit_{}_{}/", fit.image, fit.model);
-        write_fit(&fit.fit, &summary, &fit.expected, staging, &prefix, &provenance)?;
+        let record = RunRecord {
+            command: format!("simulate: {} fitted with {}", fit.image.replace('_', " "), fit.model),
+            about: fit.description.about.clone(),
+            configuration: provenance.config_toml.clone(),
+            ..whole.clone()
+        };
+        write_fit(&fit.fit, &summary, &fit.expected, staging, &prefix, &provenance, &record)?;
         let missed_by = fit.missed_by.unwrap_or(0.0);
         for (name, expected) in fit.on_axis() {
             if let Some(p) = summary.parameters.iter().find(|p| p.name == *name) {

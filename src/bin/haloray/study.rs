@@ -6,12 +6,13 @@ use clap::Subcommand;
 use haloray::Result;
 use haloray::io::{Column, RAYS_GROUP, Table};
 use haloray::pipeline::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-use haloray::report::{markdown_table, result_text, stage_figure, tidal_residual_figure};
+use haloray::report::{markdown_table, number_text, result_text, stage_figure, tidal_residual_figure};
 
 use crate::advantage::{self, AdvantageArgs};
 use crate::bars::Bars;
 use crate::fit::Outcome;
 use crate::output::{begin, finish_study};
+use crate::record::{configured, option};
 use crate::saved::SavedRows;
 use crate::settings::{Settings, check_draws, provenance};
 
@@ -88,7 +89,15 @@ fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     staging.write("residuals.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
     stage_figure(&staging, "tidal_residuals", || tidal_residual_figure(&config, &rows).map(Some))?;
     let shows = "residuals in β and in the image of the first sightline, and the rms and χ² of all";
-    finish_study(staging, &result_text(&summary(&rows), &[("tidal_residuals", shows)]), bars)?;
+    let all_haloes = if args.all_haloes { "--all-haloes" } else { "" };
+    let number = match args.sightline {
+        Some(sightline) => option("--sightline", sightline, ""),
+        None => option("-n", args.number, 100),
+    };
+    let arguments: Vec<String> = number.into_iter().chain([all_haloes.into()]).collect();
+    let about = "What the tidal and flexion models of the line of sight leave of traced rays and of the image; nothing is fitted.";
+    let record = configured(&staging, "study tidal", &arguments, about, &provenance)?;
+    finish_study(staging, &result_text(&summary(&rows), &[("tidal_residuals", shows)]), &record, bars)?;
     saved.remove();
     Ok(())
 }
@@ -128,7 +137,7 @@ fn summary(rows: &[TidalResidual]) -> String {
         let mut sorted: Vec<f64> = rows.iter().map(value).collect();
         sorted.sort_by(f64::total_cmp);
         let at = |fraction: f64| sorted[((sorted.len() - 1) as f64 * fraction).round() as usize];
-        let quantiles = [0.16, 0.5, 0.84, 1.0].map(|fraction| format!("{:.2e}", at(fraction)));
+        let quantiles = [0.16, 0.5, 0.84, 1.0].map(|fraction| number_text(at(fraction), 3));
         [name.to_string()].into_iter().chain(quantiles).collect()
     };
     let rays = [

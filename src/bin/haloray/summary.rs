@@ -1,22 +1,22 @@
 //! The closing summary that a person reads.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use haloray::imaging::PixelSampling;
 use haloray::mapping::multiplane::{AccuracyReport, Reference};
 use haloray::pipeline::{MatterBudget, Quantities, Simulation, Summary};
+use haloray::report::{decimals_text, grouped, number_text, signed_text};
 
 use crate::bars::Bars;
 
-/// Prints counts, tensors, Δ, seconds and files of a run.
-pub fn print(run: &Simulation, name: &str, seconds: &[(String, f64)], files: &[PathBuf]) {
+/// Prints counts, tensors, Δ and seconds of a run.
+pub fn print(run: &Simulation, name: &str, seconds: &[(String, f64)]) {
     let summary = Summary::of(run);
     let mut text = String::new();
     // Writing to a String cannot fail.
     let _ = counts(&mut text, run, &summary, name);
     let _ = tensors(&mut text, run, &summary);
-    let _ = ending(&mut text, seconds, files);
+    let _ = ending(&mut text, seconds);
     crate::terminal::print(&text);
 }
 
@@ -97,8 +97,10 @@ fn matter(budget: &MatterBudget) -> String {
         format!(", as traced {kappa:.4} on average ({times:.2} of all matter)")
     });
     format!(
-        "κ of the mean density {:.4}; of haloes by M200c {:.4}{traced}; of sheets {:+.4}",
-        budget.kappa_of_mean_density, budget.kappa_of_population_m200c, -budget.kappa_of_sheets
+        "κ of the mean density {:.4}; of haloes by M200c {:.4}{traced}; of sheets {}",
+        budget.kappa_of_mean_density,
+        budget.kappa_of_population_m200c,
+        decimals_text(-budget.kappa_of_sheets, 4)
     )
 }
 
@@ -135,39 +137,41 @@ fn accuracy(report: &AccuracyReport) -> String {
         return format!("{} traced exactly", counted(report.rays, "ray", "rays"));
     }
     format!(
-        "{} traced, {} of them exactly; error of β at most {:.1e}″, on {} random rays {:.1e}″",
+        "{} traced, {} of them exactly; error of β at most {}″, on {} random rays {}″",
         counted(report.rays, "ray", "rays"),
         grouped(report.rays_traced_exactly as f64),
-        report.bound_arcsec,
+        number_text(report.bound_arcsec, 2),
         report.rays_compared,
-        report.measured_arcsec
+        number_text(report.measured_arcsec, 2)
     )
 }
 
 fn shear(quantities: &Quantities, name: &str) -> String {
     let part = |i: u8| quantities.get(&format!("gamma{i}_{name}"));
-    format!("{:+.5} {:+.5}i", part(1), part(2))
+    format!("{} {}i", fixed(part(1)), fixed(part(2)))
 }
 
 fn plain(value: f64) -> String {
     match value.abs() {
         size if size.is_nan() => "undefined".into(), // Δ_tot without shear
-        0.0 => "0".into(),
-        1e-3..1e6 => format!("{value:+.5}"),
-        _ => format!("{value:+.2e}"),
+        1e-3..1e6 => fixed(value),
+        _ => signed_text(value, 3),
     }
 }
 
-fn ending(text: &mut String, seconds: &[(String, f64)], files: &[PathBuf]) -> std::fmt::Result {
+/// With five decimals and a sign.
+fn fixed(value: f64) -> String {
+    let text = decimals_text(value, 5);
+    if text.starts_with('−') { text } else { "+".to_owned() + &text }
+}
+
+fn ending(text: &mut String, seconds: &[(String, f64)]) -> std::fmt::Result {
     let total: f64 = seconds.iter().map(|(_, s)| s).sum();
     writeln!(text, "\nseconds      {total:.1} in all")?;
     for (stage, s) in seconds {
         writeln!(text, "             {s:6.2}  {stage}")?;
     }
-    for (i, file) in files.iter().enumerate() {
-        writeln!(text, "{}{}", if i == 0 { "\nfiles        " } else { "             " }, file.display())?;
-    }
-    Ok(())
+    writeln!(text)
 }
 
 /// A count and what is counted: 1 halo, 34,808 haloes.
@@ -175,27 +179,12 @@ pub fn counted(number: usize, one: &str, many: &str) -> String {
     format!("{} {}", grouped(number as f64), if number == 1 { one } else { many })
 }
 
-/// A count with thousands separated: 10,642,020.
-pub fn grouped(value: f64) -> String {
-    let digits = format!("{:.0}", value.max(0.0));
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn thousands_are_grouped_and_one_is_singular() {
-        assert_eq!(grouped(10_642_020.4), "10,642,020");
-        assert_eq!(grouped(999.0), "999");
+    fn one_is_singular() {
         assert_eq!(counted(1, "halo", "haloes"), "1 halo");
         assert_eq!(counted(34_808, "halo", "haloes"), "34,808 haloes");
     }
@@ -203,6 +192,6 @@ mod tests {
     #[test]
     fn sizes_that_no_lens_has_stay_short() {
         let shown = [0.00273, 2.11e-4, 0.0, f64::NAN, f64::INFINITY, 1e94].map(plain);
-        assert_eq!(shown, ["+0.00273", "+2.11e-4", "0", "undefined", "+inf", "+1.00e94"]);
+        assert_eq!(shown, ["+0.00273", "+2.11×10⁻⁴", "0", "undefined", "∞", "+1.00×10⁹⁴"]);
     }
 }

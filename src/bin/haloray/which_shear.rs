@@ -10,6 +10,7 @@ use haloray::report::{markdown_table, result_text, stage_figure, which_shear_fig
 
 use crate::bars::Bars;
 use crate::output::{begin, finish_study};
+use crate::record::{configured, option};
 use crate::settings::{Settings, provenance, psf};
 
 /// Which shear of the line of sight an image measures.
@@ -45,7 +46,11 @@ pub fn run(args: &WhichShearArgs, bars: &Bars) -> Result<()> {
     staging.write("which_shear.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
     stage_figure(&staging, "which_shear", || Ok(Some(which_shear_figure(&rows))))?;
     let shows = "how many fits lie within how many σ of each definition";
-    finish_study(staging, &result_text(&summary(&rows), &[("which_shear", shows)]), bars)
+    let about =
+        "γ_LOS as fits of images through all haloes find it, against five definitions of what it should be.";
+    let options = [option("-n", args.number, 35), option("--model", &args.model, "tidal-minimal")];
+    let record = configured(&staging, "study which-shear", &options.concat(), about, &provenance)?;
+    finish_study(staging, &result_text(&summary(&rows), &[("which_shear", shows)]), &record, bars)
 }
 
 fn table(rows: &[WhichShear]) -> Result<Table> {

@@ -48,11 +48,48 @@ impl Manifest {
                 .is_some_and(|own| fingerprint(&folder.join(name)).is_ok_and(|now| now == *own))
     }
 
+    /// With the entries of a former one that this one lacks.
+    pub fn beside(mut self, former: Self) -> Self {
+        for (name, fingerprint) in former.files {
+            self.files.entry(name).or_insert(fingerprint);
+        }
+        self
+    }
+
     /// Of the staged files of those names.
     pub fn of_files(staging: &Path, names: &[String]) -> io::Result<Self> {
         let listed = names.iter().map(|name| Ok((name.clone(), fingerprint(&staging.join(name))?)));
         Ok(Self { files: listed.collect::<io::Result<_>>()? })
     }
+}
+
+/// Names of the files of the run in `folder`, in order: those of its manifest that are there, without one all that are
+/// not hidden.
+///
+/// # Errors
+/// [`Error::Read`] when the folder cannot be read.
+pub fn files_of_run(folder: &Path) -> Result<Vec<String>> {
+    let listed: Vec<String> = Manifest::of_folder(folder).names().map(String::from).collect();
+    if !listed.is_empty() {
+        return Ok(listed.into_iter().filter(|name| folder.join(name).is_file()).collect());
+    }
+    let mut names = Vec::new();
+    let mut folders = vec![PathBuf::new()];
+    while let Some(inner) = folders.pop() {
+        let path = folder.join(&inner);
+        for entry in fs::read_dir(&path).map_err(Error::read(&path))? {
+            let entry = entry.map_err(Error::read(&path))?;
+            let name = inner.join(entry.file_name());
+            match name.to_str() {
+                _ if entry.file_name().to_string_lossy().starts_with('.') => {}
+                _ if entry.path().is_dir() => folders.push(name),
+                Some(name) if name != MANIFEST => names.push(name.to_owned()),
+                _ => {}
+            }
+        }
+    }
+    names.sort();
+    Ok(names)
 }
 
 /// A name of an output: a path that stays in its folder.
@@ -142,6 +179,10 @@ pub enum Replace {
     Own,
     /// Whatever bears their names.
     Any,
+    /// Those that an earlier run wrote; its other files stay, and the manifest goes on to list them.
+    Renew,
+    /// Whatever bears their names, the manifest as with [`Renew`](Self::Renew).
+    RenewAny,
     /// Whatever bears their names, and no manifest is kept: single files that stand beside a user's own.
     Beside,
 }
@@ -159,7 +200,7 @@ pub(super) fn check_replaceable(
     replace: Replace,
 ) -> Result<()> {
     let path = target_in(final_dir, Path::new(name));
-    if replace != Replace::Own || !path.is_file() || former.owns(final_dir, name) {
+    if !matches!(replace, Replace::Own | Replace::Renew) || !path.is_file() || former.owns(final_dir, name) {
         return Ok(());
     }
     let text =

@@ -27,7 +27,7 @@ pub use atomic_file::{check_writable, write_atomically, write_text};
 pub use attribute::AttributeValue;
 pub use checkpoint_file::{Saved, hash, read_checkpoint, write_checkpoint};
 pub use input_file::read_text;
-pub use manifest::Replace;
+pub use manifest::{Replace, files_of_run};
 pub use provenance::Provenance;
 pub use run_file::RunFile;
 pub use run_file_reader::RunFileReader;

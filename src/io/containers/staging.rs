@@ -26,6 +26,8 @@ pub struct Staging {
     replace: Replace,
     /// What could not be made, in words.
     complaints: Mutex<Vec<String>>,
+    /// Extensions of files that nobody wants.
+    left_out: Vec<String>,
     folder: Option<TempDir>,
     /// Holds the lock; the system lets go of it however the run ends.
     _lock: Option<File>,
@@ -72,6 +74,7 @@ impl Staging {
                     final_dir,
                     replace,
                     complaints,
+                    left_out: Vec::new(),
                     folder: Some(folder),
                     _lock,
                     made_final_dir,
@@ -95,6 +98,17 @@ impl Staging {
     /// What a staged output will be called, without a needless `./`.
     fn target(&self, name: impl AsRef<Path>) -> PathBuf {
         target_in(&self.final_dir, name.as_ref())
+    }
+
+    /// The same without files of those extensions, where they are figures.
+    pub fn without(mut self, extensions: &[&str]) -> Self {
+        self.left_out = extensions.iter().map(|extension| extension.to_string()).collect();
+        self
+    }
+
+    /// Whether figures of that extension are wanted.
+    pub fn wants(&self, extension: &str) -> bool {
+        !self.left_out.iter().any(|own| own == extension)
     }
 
     /// Remembers what could not be made though the rest could.
@@ -143,8 +157,12 @@ impl Staging {
         if self.replace != Replace::Beside {
             let is_over = |name: &&str| !names.iter().any(|own| own == name);
             let owned = |name: &&str| former.owns(&self.final_dir, name);
-            remove = former.names().filter(is_over).filter(owned).map(String::from).collect();
-            let manifest = Manifest::of_files(self.folder(), &names);
+            let mut manifest = Manifest::of_files(self.folder(), &names);
+            if matches!(self.replace, Replace::Renew | Replace::RenewAny) {
+                manifest = manifest.map(|manifest| manifest.beside(former));
+            } else {
+                remove = former.names().filter(is_over).filter(owned).map(String::from).collect();
+            }
             let json = manifest.and_then(|manifest| Ok(serde_json::to_string_pretty(&manifest)? + "\n"));
             let path = self.target(MANIFEST);
             json.and_then(|json| fs::write(self.path(MANIFEST), json)).map_err(|e| Error::write(&path, e))?;

@@ -48,7 +48,7 @@ fn rank_panel(parameter: &RankHistogram, tallest: f64, is_first: bool) -> Panel 
     };
     let top = f64::max(1.45 * tallest, mean + 4.0 * sd);
     let y = Axis::linear("fits per bin").between(0.0, top).outer(is_first);
-    let x = Axis::linear("rank of the truth / 100").between(0.0, 1.0);
+    let x = Axis::linear("rank of the truth, fraction").between(0.0, 1.0);
     let p = parameter.p_value;
     let p = if p < 0.01 { format!("{p:.0e}") } else { format!("{p:.2}") };
     let text = format!("{}: p = {p}, {:.0}%", parameter.label, 100.0 * parameter.coverage);
@@ -66,7 +66,7 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
         dots.into(),
     ];
     let x = Axis::linear("number of the panel").between(0.0, right);
-    let y = Axis::linear("share of the fits").between(0.4, 1.0);
+    let y = Axis::linear("fraction of the fits").between(0.4, 1.0);
     captioned(Panel::new(x, y, marks), "coverage of 68% intervals".into())
 }
 

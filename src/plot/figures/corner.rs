@@ -16,6 +16,10 @@ const IN_SIGHT: [f64; 2] = [0.002, 0.998];
 const ROOM: f64 = 0.12;
 /// The most parameters whose axis labels have room for units.
 const MOST_WITH_UNITS: usize = 8;
+/// More parameters than these make the page wider, so that labels keep their room.
+const MOST_ON_A_PAGE: usize = 8;
+/// Width of a panel of such a page.
+const PANEL_MM: f64 = 23.0;
 /// Medians smaller than this are written with a power of ten.
 const LEAST_PLAIN: f64 = 1e-3;
 
@@ -47,7 +51,9 @@ pub fn corner(parameters: &[CornerParameter], posteriors: &[CornerPosterior], va
         let CornerParameter { label, unit, .. } = &parameters[i];
         let has_room = !unit.is_empty() && count <= MOST_WITH_UNITS;
         let label = if has_room { format!("{label} [{unit}]") } else { label.to_string() };
-        Axis { limits: limits(&parameters[i], posteriors, i), ..Axis::linear(&label) }.outer(is_outer)
+        let most_intervals = if count > 3 { 2 } else { 4 };
+        let limits = limits(&parameters[i], posteriors, i);
+        Axis { limits, most_intervals, ..Axis::linear(&label) }.outer(is_outer)
     };
     let mut panels = Vec::new();
     for (row, column) in (0..count).flat_map(|row| (0..count).map(move |column| (row, column))) {
@@ -73,7 +79,11 @@ pub fn corner(parameters: &[CornerParameter], posteriors: &[CornerPosterior], va
     }
     let title = "Posterior distributions of the parameters, pair by pair";
     let figure = Figure::full_width(title, 1.0, count, panels);
-    if count <= 3 { Figure { width_mm: Figure::ONE_COLUMN_MM, ..figure } } else { figure }
+    match count {
+        0..=3 => Figure { width_mm: Figure::ONE_COLUMN_MM, ..figure },
+        _ if count <= MOST_ON_A_PAGE => figure,
+        _ => Figure { width_mm: PANEL_MM * count as f64, ..figure },
+    }
 }
 
 fn draws<'a>(posterior: &'a CornerPosterior, parameter: usize) -> &'a [f64] {

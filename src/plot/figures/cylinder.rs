@@ -49,8 +49,8 @@ pub fn cylinder(data: &CylinderData) -> Figure {
     // The largest |y| with room for the legend.
     let sizes: Vec<f64> = data.transverse_cmpc.iter().map(|y| y.abs()).collect();
     let half = quantile(&sizes, 1.0).filter(|&largest| largest > 0.0).map(|largest| 1.4 * largest);
-    let x = Axis::linear("comoving distance along the line of sight [Mpc]").between(0.0, 1.03 * end);
-    let y = Axis { limits: half.map(|half| (-half, half)), ..Axis::linear("transverse distance [Mpc]") };
+    let x = Axis::linear("comoving distance χ along the line of sight [Mpc]").between(0.0, 1.03 * end);
+    let y = Axis { limits: half.map(|half| (-half, half)), ..Axis::linear("comoving y = χ θ_{y} [Mpc]") };
     let panel = Panel::new(x, y, marks.into_iter().chain(lens).chain(source));
     let panel = Panel { top: redshift_axis(data), legend: Corner::TopLeft, ..panel };
     Figure::full_width("Haloes along the line of sight", 0.42, 1, [panel])

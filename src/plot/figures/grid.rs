@@ -60,6 +60,22 @@ pub(super) fn einstein_circle(radius_arcsec: f64, over: ColourMap) -> Option<Mar
     (radius_arcsec > 0.0).then(|| Shape::Circle { centre, radius: radius_arcsec, stroke }.into())
 }
 
+/// A bar of a round length at the lower right with its length above it; none of a field without area.
+pub(super) fn scale_bar(field: Extent, over: ColourMap) -> Vec<Mark> {
+    let width = field.right - field.left;
+    // A fifth to a half of the width.
+    let round = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0].into_iter().find(|length| *length >= 0.2 * width);
+    let Some(length) = round.filter(|_| width > 0.0) else { return Vec::new() };
+    let [colour, halo] = over.ink();
+    let (right, y) = (field.right - 0.06 * width, field.bottom + 0.06 * (field.top - field.bottom));
+    let line =
+        |colour, width_pt| Mark::line([[right - length, y], [right, y]], Stroke::solid(colour, width_pt));
+    let at = At::Fraction(0.94 - 0.5 * length / width, 0.1);
+    let text =
+        Shape::Text { at, text: format!("{length}″"), anchor: Anchor::Middle, colour, halo: Some(halo) };
+    vec![line(halo, 2.6), line(colour, 1.4), text.into()]
+}
+
 /// A name inside a panel, its left end at those fractions of the panel.
 pub(super) fn caption(text: &str, (x, y): (f64, f64), over: ColourMap) -> Mark {
     let (at, anchor, [colour, halo]) = (At::Fraction(x, y), Anchor::Start, over.ink());

@@ -1,6 +1,6 @@
 //! How strongly single haloes act: distributions of convergence, shear, and Δ_h on the axis.
 
-use crate::plot::{Axis, Colour, Figure, Mark, Panel, Rule, Scale, Shape, Stroke};
+use crate::plot::{Axis, Colour, Corner, Figure, Mark, Panel, Rule, Scale, Shape, Stroke};
 
 /// Bins per decade; the label of the ordinate says their width.
 const BINS_PER_DECADE: f64 = 8.0;
@@ -21,6 +21,8 @@ pub fn histograms(effects: [&[f64]; 3], delta_of_disc: &[f64], delta_threshold: 
     let (edges, counts) = log_bins(delta_of_disc);
     let over_disc = Shape::Histogram { edges, counts, stroke: Stroke::solid(Colour::BLACK, 0.6) };
     let threshold = Mark::rule(Rule::X(delta_threshold), Stroke::dashed(Colour::BLACK, 0.9));
+    // To the left of the threshold, whose line it must not hide.
+    figure.panels[2].legend = Corner::TopLeft;
     figure.panels[2].marks[0].legend = "at two points".into();
     figure.panels[2].marks.extend([
         Mark::from(over_disc).named("over a disc"),

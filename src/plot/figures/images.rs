@@ -6,7 +6,7 @@ use crate::plot::{ColourMap, ColourScale, Figure, Panel, Stretch, quantile};
 
 /// Label of the bar of images.
 const FLUX: &str = "flux [e^{−} s^{−1} pixel^{−1}]";
-const DIFFERENCE: &str = "difference [e^{−} s^{−1} pixel^{−1}]";
+const DIFFERENCE: &str = "all − tidal [e^{−} s^{−1} pixel^{−1}]";
 
 /// Draws two rows over the full page, before noise and with it: the image with all haloes, that without those of Δ_h from
 /// the threshold on, and their difference, all in e⁻ s⁻¹ per pixel. The four images share one stretch, the two differences
@@ -26,8 +26,8 @@ pub fn images(
     let largest: Vec<f64> = [&noise_free[2], &noisy[2]].into_iter().filter_map(extreme).collect();
     let stretch = image_colours(&noise_free[..2], background_rms_e_per_s);
     let colours = [stretch, stretch, ColourScale::symmetric_about(0.0, &largest, 1.0)];
-    let without = format!("without Δ_{{h}} ≥ {delta_threshold}");
-    let names = ["all haloes", &without, "difference"];
+    let tidal = format!("tidal haloes (Δ_{{h}} < {delta_threshold})");
+    let names = ["all haloes", &tidal, "all − tidal"];
     let rows = [("noise-free", noise_free), ("with noise", noisy)];
     let mut panels: Vec<Panel> = Vec::new();
     for (row, grids) in rows {

@@ -8,7 +8,17 @@ use crate::plot::{ColourMap, ColourScale, Figure};
 pub fn tidal_maps(grids: [GridData; 3], centres: [f64; 3], einstein_radius_arcsec: f64) -> Figure {
     const COVERAGE: f64 = 0.98;
     let colours = |i: usize| ColourScale::symmetric_about(centres[i], grids[i].values, COVERAGE);
-    let labels = ["κ", "γ_{1}", "γ_{2}"];
+    let told = |i: usize| -> String {
+        let name = ["κ", "γ_{1}", "γ_{2}"][i];
+        // A scale about zero explains itself; another says what its white is.
+        if centres[i] == 0.0 || !centres[i].is_finite() {
+            name.into()
+        } else {
+            format!("{name}  (white: {} on the axis)", format!("{:.4}", centres[i]).replace('-', "−"))
+        }
+    };
+    let labels = [told(0), told(1), told(2)];
+    let labels = labels.each_ref().map(String::as_str);
     map_row("Convergence and shear of the line of sight", grids, colours, labels, einstein_radius_arcsec)
 }
 
@@ -41,6 +51,16 @@ fn map_row(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn white_is_zero_or_said_to_be_the_value_on_the_axis() {
+        let grid = GridData::square(&[-0.02, 0.01, 0.0, 0.02], 2, 1.0);
+        let svg = tidal_maps([grid; 3], [0.0, -0.0123, f64::NAN], 1.0).to_svg();
+        assert!(
+            svg.matches("on the axis").count() == 1 && svg.contains("(white: −0.0123 on the axis)"),
+            "{svg}"
+        );
+    }
 
     #[test]
     fn the_colour_bars_carry_units() {

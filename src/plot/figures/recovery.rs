@@ -2,7 +2,7 @@
 
 use super::grid::caption;
 use crate::plot::{
-    Axis, Colour, ColourBar, ColourMap, ColourScale, Figure, Mark, Panel, Shape, Stretch, Stroke,
+    Anchor, At, Axis, Colour, ColourBar, ColourMap, ColourScale, Figure, Mark, Panel, Shape, Stretch, Stroke,
 };
 
 /// One fit as the figures need it.
@@ -32,20 +32,34 @@ pub struct RecoveryData {
     pub points: Vec<RecoveredPoint>,
 }
 
+/// Qualities closer together than this, in log₁₀, have a colour bar of at least twice that.
+const LEAST_RANGE: f64 = 0.1;
+/// Outputs reach so much farther than inputs before they are outside.
+const OUTPUT_REACH: f64 = 1.6;
+
 const RESIDUAL: &str = "|γ_{LOS}^{out} − γ_{LOS}^{in}| / σ";
 
-/// Input against output, a row a model, coloured by log Q.
+/// Input against output, a row a model that has any, coloured by log Q; arrows at an edge stand for what lies beyond it.
 pub fn recovery(models: &[RecoveryData]) -> Figure {
     let qualities = models.iter().flat_map(|m| m.points.iter().map(|p| p.log_quality));
     let finite: Vec<f64> = qualities.filter(|q| q.is_finite()).collect();
-    let ends =
-        (finite.iter().copied().fold(f64::INFINITY, f64::min), finite.into_iter().fold(f64::MIN, f64::max));
-    let (low, high) = if ends.0 < ends.1 { ends } else { (0.0, 1.0) };
+    let ends = [(f64::INFINITY, f64::min as fn(f64, f64) -> f64), (f64::NEG_INFINITY, f64::max)]
+        .map(|(start, pick)| finite.iter().copied().fold(start, pick));
+    // A bar about one quality alone has numbers too.
+    let (low, high) = match finite.len() {
+        0 => (0.0, 1.0),
+        _ if ends[1] - ends[0] < LEAST_RANGE => (ends[0] - LEAST_RANGE, ends[1] + LEAST_RANGE),
+        _ => (ends[0], ends[1]),
+    };
+    let shown: Vec<&RecoveryData> = models.iter().filter(|model| !model.points.is_empty()).collect();
     let colours = ColourScale { map: ColourMap::Viridis, low, high, stretch: Stretch::Linear };
-    let pairs = models.iter().flat_map(|model| [(model, 0), (model, 1)]);
+    let pairs = shown.iter().flat_map(|model| [(*model, 0), (*model, 1)]);
     let panels = pairs.enumerate().map(|(i, (model, component))| {
         let bar = ColourBar { colours, label: "log_{10} Q".into(), panels: 2 };
-        Panel { colour_bar: (i == 0).then_some(bar), ..recovery_panel(model, component, colours) }
+        Panel {
+            colour_bar: (i == 0 && !finite.is_empty()).then_some(bar),
+            ..recovery_panel(model, component, colours)
+        }
     });
     Figure::full_width("Input and recovered shear", 0.75, 2, panels)
 }
@@ -57,12 +71,19 @@ fn recovery_panel(model: &RecoveryData, i: usize, colours: ColourScale) -> Panel
         let colour = colours.colour(p.log_quality).unwrap_or(Colour::GREY);
         Shape::ErrorBars { points: vec![[p.input[i], p.output[i], p.low[i], p.high[i]]], colour }.into()
     });
+    let arrows = model.points.iter().filter(|p| p.output[i].abs() > OUTPUT_REACH * reach).map(|p| {
+        let colour = colours.colour(p.log_quality).unwrap_or(Colour::GREY);
+        let (text, height) = if p.output[i] > 0.0 { ("▲", 0.955) } else { ("▼", 0.005) };
+        let at = At::DataFraction(p.input[i], height);
+        Shape::Text { at, text: text.into(), anchor: Anchor::Middle, colour, halo: None }.into()
+    });
     let axis = |side: &str, reach: f64| {
         Axis::linear(&format!("γ_{{{}}}^{{LOS, {side}}}", i + 1)).between(-reach, reach)
     };
     // On the white of the page, as on a light map.
     let name = caption(&model.model, (0.05, 0.92), ColourMap::Diverging);
-    Panel::new(axis("in", reach), axis("out", 1.6 * reach), [equal].into_iter().chain(bars).chain([name]))
+    let marks = [equal].into_iter().chain(bars).chain(arrows).chain([name]);
+    Panel::new(axis("in", reach), axis("out", OUTPUT_REACH * reach), marks)
 }
 
 /// Histograms of σ and of the residuals in σ, one outline a model.
@@ -131,6 +152,12 @@ mod tests {
         let unknown = RecoveredPoint { log_quality: f64::NAN, residual: 90.0, ..point };
         let points = vec![point, unknown, RecoveredPoint { log_quality: 4.5, ..point }];
         let models = [RecoveryData { model: "a".into(), points }];
+        let far = RecoveredPoint { output: [0.5, -0.02], ..point };
+        let none = RecoveryData { model: "none".into(), points: vec![] };
+        let beyond = recovery(&[RecoveryData { model: "far".into(), points: vec![far] }, none]);
+        assert_eq!(beyond.panels.len(), 2);
+        assert!(beyond.to_svg().contains("▲") && !beyond.to_svg().contains("▼"));
+        assert_eq!(beyond.panels[0].colour_bar.as_ref().unwrap().colours.limits(), (3.4, 3.6));
         let figure = recovery(&models);
         assert_eq!(figure.panels.len(), 2);
         let bar = figure.panels[0].colour_bar.as_ref().unwrap();

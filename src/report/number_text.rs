@@ -1,0 +1,97 @@
+//! Numbers as a person reads them, in one form on the terminal, in results and on pages: true minus, powers of ten raised.
+
+/// A number of so many significant digits: `−0.00273`, `2.11×10⁻⁴`, `10,642,020`; what is none is `undefined`.
+///
+/// ```
+/// use haloray::report::number_text;
+/// assert_eq!(number_text(-0.002_731_2, 3), "−0.00273");
+/// assert_eq!(number_text(20.9, 3), "20.9");
+/// assert_eq!(number_text(2.109e-4, 3), "2.11×10⁻⁴");
+/// assert_eq!(number_text(10_642_020.0, 3), "10,642,020");
+/// ```
+pub fn number_text(value: f64, digits: usize) -> String {
+    /// Whole numbers up to here are counts, and written whole.
+    const LARGEST_COUNT: f64 = 1e12;
+    let size = value.abs();
+    if value.is_nan() {
+        return "undefined".into();
+    }
+    if value.is_infinite() {
+        return if value > 0.0 { "∞".into() } else { "−∞".into() };
+    }
+    if value.fract() == 0.0 && size < LARGEST_COUNT {
+        return sign(value).to_owned() + &grouped(size);
+    }
+    let digits = digits.max(1);
+    // Rounded first, as 9.999 has another power of ten than 10.0.
+    let scientific = format!("{size:.*e}", digits - 1);
+    let (mantissa, power) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let power: i32 = power.parse().unwrap_or(0);
+    if !(-3..6).contains(&power) {
+        return format!("{}{mantissa}×10{}", sign(value), raised(power));
+    }
+    let decimals = usize::try_from(digits as i32 - 1 - power).unwrap_or(0);
+    format!("{}{size:.decimals$}", sign(value))
+}
+
+/// The same with a plus before what is not negative, for tensors.
+pub fn signed_text(value: f64, digits: usize) -> String {
+    let text = number_text(value, digits);
+    if value > 0.0 && value.is_finite() { "+".to_owned() + &text } else { text }
+}
+
+/// A number with so many decimals, for columns of one scale; a true minus.
+pub fn decimals_text(value: f64, decimals: usize) -> String {
+    if !value.is_finite() {
+        return number_text(value, decimals);
+    }
+    let text = format!("{:.decimals$}", value.abs());
+    // No minus before what is rounded to nothing.
+    let is_zero = text.bytes().all(|byte| byte == b'0' || byte == b'.');
+    if is_zero { text } else { sign(value).to_owned() + &text }
+}
+
+/// A count with thousands separated: 10,642,020.
+pub fn grouped(value: f64) -> String {
+    let digits = format!("{:.0}", value.max(0.0));
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn sign(value: f64) -> &'static str {
+    if value < 0.0 { "−" } else { "" }
+}
+
+fn raised(power: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digit = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
+    power.to_string().chars().map(digit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_size_has_one_form() {
+        let shown = [0.00273, 2.11e-4, 0.0, f64::NAN, f64::INFINITY, 1e94, 999_999.96, -0.5]
+            .map(|value| number_text(value, 3));
+        let wanted = ["0.00273", "2.11×10⁻⁴", "0", "undefined", "∞", "1.00×10⁹⁴", "1.00×10⁶", "−0.500"];
+        assert_eq!(shown, wanted);
+        assert_eq!(signed_text(0.00273, 2), "+0.0027");
+        assert_eq!(signed_text(0.0, 2), "0");
+        assert_eq!([decimals_text(-0.00001, 3), decimals_text(-1.25, 1)], ["0.000", "−1.2"]);
+    }
+
+    #[test]
+    fn thousands_are_grouped() {
+        assert_eq!(grouped(10_642_020.4), "10,642,020");
+        assert_eq!(grouped(999.0), "999");
+    }
+}

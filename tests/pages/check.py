@@ -1,0 +1,161 @@
+"""Opens the page of every kind of run in Chromium: nothing overflows, nothing fails, controls do what they say, axe is content.
+
+python3 tests/pages/check.py HALORAY OUT   (Playwright's Python package and axe-playwright-python; Debian's `chromium`)
+Runs small ones of every kind into OUT/runs unless they are there, and leaves screenshots in OUT/shots to be looked at.
+"""
+
+import os
+import pathlib
+import subprocess
+import sys
+
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import sync_playwright
+
+CONFIG = """[haloes]
+min_point_shear = 1e-5
+[image]
+pixels = 28
+pixel_sampling = "adaptive"
+[instrument]
+pixel_scale_arcsec = 0.16
+psf_fwhm_arcsec = 0.16
+[source]
+sersic_index = 1.0
+[maps]
+points = 41
+"""
+MODEL = """name = "small"
+[[lens]]
+profile = "EPL"
+[lens.parameters]
+theta_E = { uniform = [0.5, 2.5] }
+gamma = { normal = [2.5, 0.2] }
+e1 = { normal = [0.0, 0.1] }
+e2 = { normal = [0.0, 0.1] }
+[[source]]
+profile = "SERSIC"
+[source.parameters]
+R_sersic = { log_normal = [0.3, 0.5] }
+n_sersic = 1.0
+center_x = { uniform = [-0.2, 0.2] }
+center_y = { uniform = [-0.2, 0.2] }
+"""
+RUNS = {
+    "simulate": "simulate small.toml --curves -o simulate",
+    "fit": "fit simulate/image_all_haloes.fits --model small_model.toml --max-draws 60 -o fit",
+    "tidal": "study tidal small.toml -n 3 -o tidal",
+    "cut": "study cut small.toml --cuts 1e-3,1e-4,1e-5 -o cut",
+    "haloes": "study haloes small.toml -n 2 -o haloes",
+    "mock": "mock -n 9 -o mock",
+}
+SIZES = {360: 740, 800: 1000, 1600: 1000}
+SERIOUS = {"serious", "critical"}
+
+
+def run_all(binary, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "small.toml").write_text(CONFIG)
+    (folder / "small_model.toml").write_text(MODEL)
+    environment = os.environ | {"HDF5_USE_FILE_LOCKING": "FALSE"}
+    for name, command in RUNS.items():
+        if not (folder / name / "report.html").exists():
+            done = subprocess.run([binary, *command.split(), "--quiet"], cwd=folder, env=environment)
+            # 1: a short fit has not converged, which its page must say.
+            assert done.returncode == (1 if name == "fit" else 0), f"{name}: exit {done.returncode}"
+        else:
+            subprocess.run([binary, "report", name, "--quiet", "--overwrite"], cwd=folder, env=environment, check=True)
+
+
+def controls_work(page, name):
+    """Everything that can be pressed does what it says."""
+    for section in page.locator("section.grid").all():
+        canvas, told, which = section.locator("canvas").first, section.locator("output"), section.locator("select").first
+        pixels = lambda: canvas.evaluate("c => c.toDataURL()")
+        whole = pixels()
+        canvas.focus()
+        page.keyboard.press("ArrowRight")
+        assert "θ = (" in told.inner_text(), f"{name}: nothing is read off"
+        first = told.inner_text()
+        page.keyboard.press("ArrowUp")
+        assert told.inner_text() != first, f"{name}: arrows do not move"
+        page.keyboard.press("+")
+        assert pixels() != whole, f"{name}: nothing is zoomed"
+        page.keyboard.press("0")
+        box = canvas.bounding_box()
+        canvas.hover(position={"x": box["width"] / 3, "y": box["height"] / 3})
+        assert "−" in told.inner_text(), f"{name}: {told.inner_text()} left of the middle"
+        shown = set()
+        for option in which.locator("option").all():
+            which.select_option(option.get_attribute("value"))
+            shown.add((option.inner_text(), pixels()))
+        assert len({image for _, image in shown}) == len(shown), f"{name}: two quantities look the same"
+        which.select_option("0")
+    for details in page.locator("details").all():
+        details.locator("summary").click()
+        assert details.get_attribute("open") is not None, name
+    for table in page.locator("table").all():
+        heads = table.locator("th button")
+        column = max(range(heads.count()), key=lambda k: table.locator(f"tbody td:nth-child({k + 1})[data-v]").count())
+        cells = table.locator(f"tbody td:nth-child({column + 1})[data-v]")
+        values = lambda: [float(cell.get_attribute("data-v")) for cell in cells.all()]
+        heads.nth(column).click()
+        assert values() == sorted(values()), f"{name}: not sorted upwards"
+        heads.nth(column).click()
+        assert values() == sorted(values(), reverse=True), f"{name}: not sorted downwards"
+    term = page.locator("a.term").first
+    if term.count():
+        term.focus()
+        assert page.locator("#tip").is_visible() and len(page.locator("#tip").inner_text()) > 10, f"{name}: no meaning"
+        page.keyboard.press("Escape")
+        assert not page.locator("#tip").is_visible(), name
+    before = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    page.locator("#theme").click()
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") != before, f"{name}: no other theme"
+    page.locator("#theme").click()
+
+
+def main(binary, out):
+    binary, out = str(pathlib.Path(binary).resolve()), pathlib.Path(out).resolve()
+    run_all(binary, out / "runs")
+    shots = out / "shots"
+    shots.mkdir(parents=True, exist_ok=True)
+    faults = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+        for name in RUNS:
+            path = out / "runs" / name / "report.html"
+            assert path.stat().st_size < 5e6, f"{name}: {path.stat().st_size} bytes"
+            for width, height in SIZES.items():
+                for scheme in ("light", "dark"):
+                    context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme, offline=True)
+                    page = context.new_page()
+                    where = f"{name} {width} {scheme}"
+                    page.on("console", lambda message: faults.append(f"{where}: console {message.text}") if message.type in ("error", "warning") else None)
+                    page.on("pageerror", lambda error: faults.append(f"{where}: {error}"))
+                    page.on("request", lambda request: faults.append(f"{where}: asks for {request.url[:80]}") if not request.url.startswith(("file:", "data:")) else None)
+                    page.goto(path.as_uri())
+                    ready = page.evaluate("performance.now()")
+                    print(f"{where}: {ready:.0f} ms")
+                    over = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+                    if over > 0:
+                        faults.append(f"{where}: {over} px too wide")
+                    page.screenshot(path=shots / f"{name}_{width}_{scheme}.png", full_page=True)
+                    if width == 800 and scheme == "light":
+                        controls_work(page, name)
+                    results = Axe().run(page).response["violations"]
+                    for violation in results:
+                        node = violation["nodes"][0]
+                        text = f"{where}: axe {violation['impact']}: {violation['id']} {node['html'][:120]}"
+                        (faults.append if violation["impact"] in SERIOUS else print)(text)
+                    context.close()
+        page = browser.new_page()
+        page.goto((out / "runs" / "simulate" / "report.html").as_uri())
+        page.pdf(path=shots / "simulate.pdf", format="A4")
+        browser.close()
+    print("\n".join(faults) or f"pages are right; look at them in {shots}")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
