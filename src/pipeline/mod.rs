@@ -4,14 +4,18 @@ mod advantage;
 mod calibration;
 mod catalogue;
 mod cut_study;
+mod fitted_shear;
 mod halo_choices;
+mod halo_counts;
 mod haloes;
 mod los_shears;
 mod matter;
 mod one_core_each;
 mod relations;
 mod rows;
+mod scalars;
 mod shapes;
+mod sightlines;
 mod simulate;
 mod summary;
 mod tidal_study;
@@ -26,18 +30,23 @@ pub use calibration::{
 };
 pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
 pub use cut_study::{CutRow, cut_study};
+pub use fitted_shear::FittedShear;
 pub use halo_choices::{HaloChoice, halo_choices};
+pub use halo_counts::HaloCounts;
 pub use haloes::{
-    Haloes, MassFunctionCurve, SingleHaloes, line_of_sight, line_of_sight_of, populate, sheets_of,
+    Haloes, MassFunctionCurve, SingleHaloes, line_of_sight, line_of_sight_of, sheets_of,
 };
 pub use los_shears::{BeamAverage, DEFINITIONS, LosShears};
 pub use matter::{MatterBudget, Selection, end, expectation, mean_convergence};
+pub use one_core_each::one_core_each;
 pub use relations::Relations;
 pub use rows::{NoRows, RowStore};
 pub use shapes::LensAndSource;
+pub use scalars::{SightScalars, source_centre};
+pub use sightlines::{Sightlines, populate};
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
-pub use view::{View, critical_curves, main_lens, maps, source_centre, to_accuracy};
+pub use view::{View, critical_curves, main_lens, maps, to_accuracy};
 pub use view_fits::{ViewFit, fit_views};
 pub use which_shear::{WhichShear, median_deviations, which_shear};
