@@ -5,6 +5,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use super::columns::stacks_of;
+use super::plan::Level;
+use crate::config::Config;
 use crate::error::{Error, FileFault, Result};
 use crate::io::{SavedStacks, SightlineColumn, SightlineTable, StackRows, StackSpec};
 
@@ -22,17 +25,14 @@ pub struct Merged {
     open: RefCell<Option<(usize, SavedStacks)>>,
 }
 
-/// Merges the tables at `paths`; `specs` are the maps and images of their level and configuration.
+/// Merges the tables at `paths`.
 ///
 /// Parts are shards of one ensemble, or ensembles that continue one another; rows that occur twice must agree.
 ///
 /// # Errors
 /// Parts of different versions, seeds, configurations, lenses, levels or models; ensembles that overlap without being the
 /// same; rows that differ; sightlines that no part has.
-pub fn merge(
-    paths: &[PathBuf],
-    specs: impl FnOnce(&SightlineTable) -> Result<Vec<StackSpec>>,
-) -> Result<Merged> {
+pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
     let tables: Vec<SightlineTable> =
         paths.iter().map(|path| SightlineTable::read(path)).collect::<Result<_>>()?;
     let Some(first) = tables.first() else {
@@ -53,7 +53,7 @@ pub fn merge(
         );
         return Err(Error::file(FileFault::Content, &paths[0], problem));
     }
-    let specs = specs(first)?;
+    let specs = specs_of(&paths[0], first)?;
     let table = joined(&tables, whole, &origin);
     let parts = paths.iter().cloned().zip(tables.into_iter().map(|table| table.numbers)).collect();
     Ok(Merged { table, duplicates, specs, origin, parts, open: RefCell::new(None) })
@@ -80,6 +80,18 @@ impl StackRows for Merged {
         let (_, saved) = open.insert((part, saved));
         saved.pixels(stack, number)
     }
+}
+
+/// The maps and images of a saved table.
+fn specs_of(path: &Path, table: &SightlineTable) -> Result<Vec<StackSpec>> {
+    let level: Level = table.level.parse()?;
+    if level == Level::Scalars {
+        return Ok(Vec::new());
+    }
+    let config: Config = toml::from_str(&table.provenance.config_toml).map_err(|error| {
+        Error::file(FileFault::Content, path, format!("holds no configuration of a run: {error}"))
+    })?;
+    Ok(stacks_of(&config, level))
 }
 
 /// Refuses parts that are not of the same making.
@@ -252,7 +264,7 @@ mod tests {
             path
         };
         let paths: Vec<PathBuf> = parts.iter().enumerate().map(write).collect();
-        merge(&paths, |_| Ok(Vec::new()))
+        merge(&paths)
     }
 
     fn refused(parts: &[SightlineTable]) -> String {

@@ -1,5 +1,6 @@
 //! The sightlines of an unfinished ensemble, kept as they end.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 
@@ -8,6 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::sightline::SightlineRow;
 use crate::error::Result;
 use crate::io::RecordLog;
+
+/// The record that says which sightlines are wanted; no sightline has this number.
+const WANTED: u64 = u64::MAX;
 
 /// How a sightline ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,13 +27,31 @@ pub enum Outcome {
 pub struct SightlineStore(Mutex<RecordLog>);
 
 impl SightlineStore {
-    /// Opens the store of the ensemble of that identity at `path`; the second value says why a former one could not be continued.
+    /// Opens the store of the ensemble of that identity at `path`, of which the sightlines `wanted` are to be computed; the
+    /// second value says why a former one could not be continued.
     ///
     /// # Errors
     /// As [`RecordLog::open`].
-    pub fn open(path: &Path, identity: &str) -> Result<(Self, Option<&'static str>)> {
-        let (log, replaced) = RecordLog::open(path, identity)?;
+    pub fn open(
+        path: &Path,
+        identity: &str,
+        wanted: Range<u64>,
+    ) -> Result<(Self, Option<&'static str>)> {
+        let (mut log, replaced) = RecordLog::open(path, identity)?;
+        log.append(WANTED, &(wanted.start, wanted.end))?;
         Ok((Self(Mutex::new(log)), replaced))
+    }
+
+    /// Of the store at `path`: how many sightlines have ended, how many are wanted, and whether a process is at it. None
+    /// where there is no store.
+    ///
+    /// # Errors
+    /// [`crate::Error::Read`].
+    pub fn progress(path: &Path) -> Result<Option<(u64, u64, bool)>> {
+        let Some((log, is_at_work)) = RecordLog::look(path)? else { return Ok(None) };
+        let wanted = if log.has(WANTED) { log.read::<(u64, u64)>(WANTED)? } else { (0, 0) };
+        let ended = log.numbers().filter(|number| (wanted.0..wanted.1).contains(number)).count();
+        Ok(Some((ended as u64, wanted.1 - wanted.0, is_at_work)))
     }
 
     fn lock(&self) -> MutexGuard<'_, RecordLog> {

@@ -66,37 +66,30 @@ impl RecordLog {
             };
             begin(&mut file).map_err(|error| Error::write(path, error))?;
         }
-        let mut log = Self {
-            path: path.into(),
-            file,
-            index: BTreeMap::new(),
-            end: HEADER as u64,
-            synced: Instant::now(),
-        };
+        let mut log = Self::at(path, file);
         log.scan()?;
         Ok((log, replaced))
     }
 
-    /// Numbers of the records in a log of any command, and whether a process is at it now; none where there is no log.
+    /// A log of any command to read from, and whether a process is at it now; none where there is no log.
     ///
     /// # Errors
     /// [`Error::Read`].
-    pub fn numbers_at(path: &Path) -> Result<Option<(Vec<u64>, bool)>> {
+    pub fn look(path: &Path) -> Result<Option<(Self, bool)>> {
         let file = match File::open(path) {
             Ok(file) => file,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(Error::read(path)(error)),
         };
         let is_at_work = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
-        let mut log = Self {
-            path: path.into(),
-            file,
-            index: BTreeMap::new(),
-            end: HEADER as u64,
-            synced: Instant::now(),
-        };
+        let mut log = Self::at(path, file);
         log.scan()?;
-        Ok(Some((log.numbers().collect(), is_at_work)))
+        Ok(Some((log, is_at_work)))
+    }
+
+    fn at(path: &Path, file: File) -> Self {
+        let (index, end, synced) = (BTreeMap::new(), HEADER as u64, Instant::now());
+        Self { path: path.into(), file, index, end, synced }
     }
 
     /// Finds the whole records; the first that is not whole is where the next one will be written.
@@ -233,14 +226,15 @@ mod tests {
     fn damage_and_other_commands_are_noticed() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log");
-        assert_eq!(RecordLog::numbers_at(&path).unwrap(), None);
+        assert!(RecordLog::look(&path).unwrap().is_none());
         {
             let (mut log, _) = RecordLog::open(&path, "a").unwrap();
             for number in 0..3 {
                 log.append(number, &vec![number as f64; 4]).unwrap();
             }
             assert!(RecordLog::open(&path, "a").unwrap_err().to_string().contains("another process"));
-            assert_eq!(RecordLog::numbers_at(&path).unwrap(), Some((vec![0, 1, 2], true)));
+            let (seen, is_at_work) = RecordLog::look(&path).unwrap().unwrap();
+            assert!(is_at_work && seen.numbers().eq(0..3));
             assert!(log.read::<Vec<f64>>(9).is_err());
         }
         assert_eq!(numbers(&path, "a"), (vec![0, 1, 2], None));
