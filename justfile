@@ -87,6 +87,11 @@ bench-peers: oracle-setup
     bench=$(cargo bench --bench adaptive --no-run 2>&1 | sed -n 's/.*(\(.*adaptive-[0-9a-f]*\))/\1/p') && \
     .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --bench "$bench" --scaling --summary docs/BENCHMARKS.md
 
+# ten thousand sightlines beside single simulations in one run; writes docs/ENSEMBLE_SPEED.md
+bench-ensemble N="10000":
+    cargo build --release
+    python3 data/oracle/bench_ensemble.py --binary target/release/haloray --number {{N}} --summary docs/ENSEMBLE_SPEED.md
+
 # the elliptical power law beside lenstronomy's in one run; writes docs/PROFILE_SPEED.md
 bench-lens: oracle-setup
     bench=$(cargo bench --bench lens --no-run 2>&1 | sed -n 's/.*(\(.*lens-[0-9a-f]*\))/\1/p') && \

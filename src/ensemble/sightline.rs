@@ -37,14 +37,14 @@ pub fn sightline_row(
     let config = sightlines.config();
     let haloes = sightlines.draw(number, monitor)?;
     let sight = sightlines.line_of_sight(&haloes.catalogue, Selection::All)?;
-    let effects = haloes.judged(config, &sight)?;
-    let counts = HaloCounts::of(config, &haloes, &effects, &sight);
+    let judged = haloes.judged(config, &sight)?;
+    let counts = HaloCounts::of(config, &haloes, &judged, &sight);
     let mut row = SightlineRow { all_haloes: Vec::new(), tidal_haloes: Vec::new(), stacks: Vec::new() };
     let numbers = if plan.level.has_images() {
         let shapes = LensAndSource::resolve(config, number);
         let view = |sight, stage| View::through(config, sight, &shapes, psf, (number, stage), monitor);
         let all = view(&sight, Stage::NoiseAllHaloes)?;
-        let in_tidal_regime = haloes.catalogue.select(&effects.within(config.diagnostics.delta_threshold));
+        let in_tidal_regime = haloes.catalogue.select(&judged.is_tidal);
         let tidal_sight = sightlines.line_of_sight(&in_tidal_regime, Selection::TidalRegime)?;
         let tidal = view(&tidal_sight, Stage::NoiseTidalHaloes)?;
         let columns = tidal_columns(plan);

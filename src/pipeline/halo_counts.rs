@@ -3,7 +3,7 @@
 use super::haloes::Haloes;
 use super::summary::Quantities;
 use crate::config::Config;
-use crate::diagnostics::HaloTidal;
+use crate::diagnostics::JudgedHaloes;
 use crate::mapping::multiplane::LineOfSight;
 
 /// Counts of one sightline, under the names of [`Summary`](super::Summary).
@@ -23,12 +23,11 @@ pub struct HaloCounts {
 
 impl HaloCounts {
     /// Counts; `judged` is what single haloes do where they are judged.
-    pub fn of(config: &Config, haloes: &Haloes, judged: &HaloTidal, sight: &LineOfSight) -> Self {
+    pub fn of(config: &Config, haloes: &Haloes, judged: &JudgedHaloes, sight: &LineOfSight) -> Self {
         let limits = &config.diagnostics;
         Self {
             number_excluded_by_kappa: haloes.number_excluded,
-            // Not a number is not within.
-            number_beyond_tidal: judged.within(limits.delta_threshold).iter().filter(|is| !**is).count(),
+            number_beyond_tidal: judged.is_tidal.iter().filter(|is| !**is).count(),
             largest_kappa_h: judged.kappa.iter().copied().fold(0.0, f64::max),
             number_above_kappa_warning: judged.kappa.iter().filter(|k| **k > limits.kappa_warning).count(),
             kappa_of_sheets: sight.sheet_convergence(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::matter::{Selection, mean_convergence};
 use crate::config::{Config, SheetModel};
 use crate::cosmology::LinearTheory;
-use crate::diagnostics::HaloTidal;
+use crate::diagnostics::{HaloTidal, JudgedHaloes};
 use crate::error::Result;
 use crate::halo::{HaloCatalogue, Population, mean_density_sheets};
 use crate::mapping::multiplane::{LineOfSight, Reference, Sheets};
@@ -127,17 +127,17 @@ impl Haloes {
         Ok(SingleHaloes { on_axis, on_ray })
     }
 
-    /// What each halo does on its own where it is judged, without averages; `sight` is the line of sight through all.
+    /// κ_h of each halo where it is judged, and whether it is in the tidal regime; `sight` is the line of sight through all.
     ///
     /// # Errors
     /// As [`Self::effects`].
-    pub fn judged(&self, config: &Config, sight: &LineOfSight) -> Result<HaloTidal> {
-        let theta_e = config.diagnostics.theta_e_arcsec;
+    pub fn judged(&self, config: &Config, sight: &LineOfSight) -> Result<JudgedHaloes> {
+        let (theta_e, limit) = (config.diagnostics.theta_e_arcsec, config.diagnostics.delta_threshold);
         if !config.line_of_sight.is_beside_axis() {
-            return HaloTidal::along(&self.catalogue, theta_e, |_| [0.0; 2]);
+            return JudgedHaloes::along(&self.catalogue, theta_e, limit, |_| [0.0; 2]);
         }
         let ray = sight.axis_ray_arcsec(&self.catalogue.chi_cmpc);
-        HaloTidal::along(&self.catalogue, theta_e, |i| ray[i])
+        JudgedHaloes::along(&self.catalogue, theta_e, limit, |i| ray[i])
     }
 
     /// The haloes in the tidal regime: Δ_h below the threshold.

@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use super::los_shears::BeamAverage;
 use crate::config::Config;
 use crate::diagnostics::{
-    Averaged, Distortion, EffectiveLineOfSight, RingAndDisc, ShearVariation, total_variation,
+    Averaged, Distortion, EffectiveLineOfSight, RingAndDisc, ShearVariation,
 };
 use crate::error::Result;
 use crate::mapping::multiplane::LineOfSight;
@@ -69,22 +69,29 @@ impl SightScalars {
     /// # Errors
     /// When A_ds cannot be inverted.
     pub fn of(config: &Config, sight: &LineOfSight) -> Result<Self> {
+        let (z_lens, theta_e) = (config.line_of_sight.z_lens, config.diagnostics.theta_e_arcsec);
         // Haloes at the lens's redshift are part of the lens.
-        let outside = &sight.without_plane_at(config.line_of_sight.z_lens)?;
-        let z_lens = config.line_of_sight.z_lens;
-        let theta_e_arcsec = config.diagnostics.theta_e_arcsec;
-        let os = sight.observer_to_source();
-        let lens_centre_arcsec = lens_centre(config, sight)?;
+        let outside = &sight.without_plane_at(z_lens)?;
+        let beside = [[theta_e, 0.0], [0.0, theta_e]];
+        let near = outside.near_axis(z_lens, beside)?;
+        let number_in_lens_plane = sight.len() - outside.len();
+        let whole = if number_in_lens_plane == 0 { near } else { sight.near_axis(z_lens, beside)? };
+        let lens_centre_arcsec = whole.od.beta_arcsec;
+        let [right, above] = &whole.beside;
         Ok(Self {
             number_of_haloes: sight.len(),
-            number_in_lens_plane: sight.len() - outside.len(),
-            effective: EffectiveLineOfSight::of(outside, z_lens)?,
+            number_in_lens_plane,
+            effective: EffectiveLineOfSight::of_rays(&near, sight.slope_per_reduced_deflection(z_lens)?)?,
             ring: ring_of(config, outside, lens_centre_arcsec)?,
-            variation: total_variation(&os, theta_e_arcsec),
-            averages: RingAndDisc::of_mapping(&os, theta_e_arcsec),
+            variation: ShearVariation::of_jacobians([
+                &whole.os.jacobian,
+                &right.jacobian,
+                &above.jacobian,
+            ]),
+            averages: RingAndDisc::of_mapping(&sight.observer_to_source(), theta_e),
             axis_ray_arcsec: axis_ray(config, sight),
             lens_centre_arcsec,
-            source_centre_arcsec: source_centre(sight),
+            source_centre_arcsec: whole.os.beta_arcsec,
         })
     }
 }

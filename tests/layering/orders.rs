@@ -48,6 +48,7 @@ pub const ORDERS: [Order; 8] = [
             "span",
             "segment",
             "line_of_sight",
+            "near_axis",
             "general",
             "centres",
             "adaptive",
