@@ -44,6 +44,12 @@ arviz: oracle-setup
     HALORAY_POSTERIOR_FOLDER=target/arviz cargo test --release --lib leaves_a_file_for_arviz -- --ignored
     .venv/bin/python data/netcdf/check_posterior.py target/arviz/posterior.nc
 
+# xarray opens the table of an ensemble, through both netCDF readers
+xarray: oracle-setup
+    .venv/bin/pip install --quiet xarray
+    cargo run --release -- ensemble -n 20 -o target/xarray
+    .venv/bin/python data/netcdf/check_sightlines.py target/xarray/sightlines.h5
+
 # long comparison with lenstronomy on a full cone; writes docs/ORACLE.md
 oracle: oracle-setup
     cargo build --release

@@ -39,8 +39,8 @@ impl EffectiveLineOfSight {
     /// # Errors
     /// When A_ds cannot be inverted.
     pub fn of_rays(near: &NearAxis, f: f64) -> Result<Self> {
-        let [od, os, ds] =
-            [&near.od, &near.os, &near.ds].map(|ray| Distortion::of_ray(&ray.jacobian, &ray.second_per_arcsec));
+        let [od, os, ds] = [&near.od, &near.os, &near.ds]
+            .map(|ray| Distortion::of_ray(&ray.jacobian, &ray.second_per_arcsec));
         let los = los_jacobian(&od.tidal, &os.tidal, &ds.tidal)
             .ok_or_else(|| Error::out_of_range("A_ds of the line of sight", "singular", "invertible"))?;
         let mixed = near.mixed_per_arcsec.map(|b| f * b);

@@ -196,7 +196,8 @@ mod tests {
         let mut haloes = HaloCatalogue::new(1.5, &Background::paper(), z, theta, masses).unwrap();
         for truncated in [false, true] {
             if truncated {
-                let radii = |i: usize| haloes.r_s_arcsec[i] * 10f64.powf(3.0 * (0.39 * i as f64).fract() - 1.0);
+                let radii =
+                    |i: usize| haloes.r_s_arcsec[i] * 10f64.powf(3.0 * (0.39 * i as f64).fract() - 1.0);
                 haloes.r_trunc_arcsec = Some((0..haloes.len()).map(radii).collect());
             }
             for (theta_e, threshold) in [(1.0, 0.1), (0.5, 0.03), (1.5, 0.3), (1.0, 5.0)] {

@@ -106,7 +106,9 @@ fn description(name: &str) -> String {
         "z_source" => "redshift of the source",
         "einstein_radius_arcsec" => "Einstein radius of the lens",
         "number_of_haloes" => "haloes on the line of sight",
-        "number_in_lens_plane" => "of these, haloes at the redshift of the lens, which are in none of the tensors",
+        "number_in_lens_plane" => {
+            "of these, haloes at the redshift of the lens, which are in none of the tensors"
+        }
         "number_excluded_by_kappa" => "haloes left out because of haloes.max_kappa",
         "number_beyond_tidal" => "haloes with Δ_h of at least diagnostics.delta_threshold",
         "largest_kappa_h" => "largest convergence of a single halo on the axis",

@@ -95,12 +95,7 @@ fn specs_of(path: &Path, table: &SightlineTable) -> Result<Vec<StackSpec>> {
 }
 
 /// Refuses parts that are not of the same making.
-fn check_alike(
-    first_path: &Path,
-    first: &SightlineTable,
-    path: &Path,
-    table: &SightlineTable,
-) -> Result<()> {
+fn check_alike(first_path: &Path, first: &SightlineTable, path: &Path, table: &SightlineTable) -> Result<()> {
     let (a, b) = (&first.provenance, &table.provenance);
     let names = |table: &SightlineTable| -> Vec<String> {
         let columns = table.all_haloes.iter().chain(&table.tidal_haloes);

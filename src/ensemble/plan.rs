@@ -24,12 +24,8 @@ pub enum Level {
 
 impl Level {
     /// All of them with their names.
-    pub const NAMES: [(Self, &'static str); 4] = [
-        (Self::Scalars, "scalars"),
-        (Self::Maps, "maps"),
-        (Self::Images, "images"),
-        (Self::Fits, "fits"),
-    ];
+    pub const NAMES: [(Self, &'static str); 4] =
+        [(Self::Scalars, "scalars"), (Self::Maps, "maps"), (Self::Images, "images"), (Self::Fits, "fits")];
 
     /// Whether both images are made.
     pub fn has_images(self) -> bool {

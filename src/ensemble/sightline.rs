@@ -9,7 +9,7 @@ use crate::imaging::{Exposure, Psf};
 use crate::monitor::Monitor;
 use crate::numerics::random::Stage;
 use crate::pipeline::{
-    FittedShear, HaloCounts, LensAndSource, Quantities, Selection, Sightlines, SightScalars, View, maps,
+    FittedShear, HaloCounts, LensAndSource, Quantities, Selection, SightScalars, Sightlines, View, maps,
 };
 
 /// What is known of a sightline, in the order of the columns and stacks of its plan.

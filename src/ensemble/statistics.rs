@@ -133,9 +133,8 @@ fn covariance(columns: &[&SightlineColumn]) -> Vec<Vec<f64>> {
     let mean = |column: &SightlineColumn| whole.iter().map(|&row| column.values[row]).sum::<f64>() / n;
     let means: Vec<f64> = columns.iter().map(|column| mean(column)).collect();
     let of = |a: usize, b: usize| {
-        let product = |&row: &usize| {
-            (columns[a].values[row] - means[a]) * (columns[b].values[row] - means[b])
-        };
+        let product =
+            |&row: &usize| (columns[a].values[row] - means[a]) * (columns[b].values[row] - means[b]);
         whole.iter().map(product).sum::<f64>() / (n - 1.0)
     };
     (0..columns.len()).map(|a| (0..columns.len()).map(|b| of(a, b)).collect()).collect()

@@ -32,11 +32,7 @@ impl SightlineStore {
     ///
     /// # Errors
     /// As [`RecordLog::open`].
-    pub fn open(
-        path: &Path,
-        identity: &str,
-        wanted: Range<u64>,
-    ) -> Result<(Self, Option<&'static str>)> {
+    pub fn open(path: &Path, identity: &str, wanted: Range<u64>) -> Result<(Self, Option<&'static str>)> {
         let (mut log, replaced) = RecordLog::open(path, identity)?;
         log.append(WANTED, &(wanted.start, wanted.end))?;
         Ok((Self(Mutex::new(log)), replaced))

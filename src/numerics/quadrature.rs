@@ -39,11 +39,12 @@ impl UnitRule {
     /// ∫₀¹ f(t) dt.
     #[inline]
     pub fn integrate_unit(&self, integrand: impl Fn(f64) -> f64) -> f64 {
-        let mut sum = 0.0;
+        // All values before the sum, whose order is fixed, so that they are computed side by side.
+        let mut terms = [0.0; NODES];
         for i in 0..NODES {
-            sum += self.weights[i] * integrand(self.nodes[i]);
+            terms[i] = self.weights[i] * integrand(self.nodes[i]);
         }
-        sum
+        terms.iter().fold(0.0, |sum, term| sum + term)
     }
 }
 

@@ -83,7 +83,11 @@ pub fn sheets_of(
 }
 
 /// The sheets of the configuration; those of the mean density share out the convergence that is expected.
-pub(super) fn sheets_from(config: &Config, mean: Option<&UniformSpline>, catalogue: &HaloCatalogue) -> Sheets {
+pub(super) fn sheets_from(
+    config: &Config,
+    mean: Option<&UniformSpline>,
+    catalogue: &HaloCatalogue,
+) -> Sheets {
     match (config.line_of_sight.sheets, mean) {
         (SheetModel::OnAxis, _) if config.line_of_sight.is_beside_axis() => Sheets::OnRay,
         (SheetModel::OnAxis, _) => Sheets::OnAxis,

@@ -33,16 +33,14 @@ pub use cut_study::{CutRow, cut_study};
 pub use fitted_shear::FittedShear;
 pub use halo_choices::{HaloChoice, halo_choices};
 pub use halo_counts::HaloCounts;
-pub use haloes::{
-    Haloes, MassFunctionCurve, SingleHaloes, line_of_sight, line_of_sight_of, sheets_of,
-};
+pub use haloes::{Haloes, MassFunctionCurve, SingleHaloes, line_of_sight, line_of_sight_of, sheets_of};
 pub use los_shears::{BeamAverage, DEFINITIONS, LosShears};
 pub use matter::{MatterBudget, Selection, end, expectation, mean_convergence};
 pub use one_core_each::one_core_each;
 pub use relations::Relations;
 pub use rows::{NoRows, RowStore};
-pub use shapes::LensAndSource;
 pub use scalars::{SightScalars, source_centre};
+pub use shapes::LensAndSource;
 pub use sightlines::{Sightlines, populate};
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};

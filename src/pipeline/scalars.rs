@@ -4,9 +4,7 @@ use nalgebra::Complex;
 
 use super::los_shears::BeamAverage;
 use crate::config::Config;
-use crate::diagnostics::{
-    Averaged, Distortion, EffectiveLineOfSight, RingAndDisc, ShearVariation,
-};
+use crate::diagnostics::{Averaged, Distortion, EffectiveLineOfSight, RingAndDisc, ShearVariation};
 use crate::error::Result;
 use crate::mapping::multiplane::LineOfSight;
 use crate::mapping::tidal::Tidal;
@@ -83,11 +81,7 @@ impl SightScalars {
             number_in_lens_plane,
             effective: EffectiveLineOfSight::of_rays(&near, sight.slope_per_reduced_deflection(z_lens)?)?,
             ring: ring_of(config, outside, lens_centre_arcsec)?,
-            variation: ShearVariation::of_jacobians([
-                &whole.os.jacobian,
-                &right.jacobian,
-                &above.jacobian,
-            ]),
+            variation: ShearVariation::of_jacobians([&whole.os.jacobian, &right.jacobian, &above.jacobian]),
             averages: RingAndDisc::of_mapping(&sight.observer_to_source(), theta_e),
             axis_ray_arcsec: axis_ray(config, sight),
             lens_centre_arcsec,
@@ -99,8 +93,8 @@ impl SightScalars {
 /// The tensors along the beam of the Einstein ring of a lens at that centre.
 fn ring_of(config: &Config, outside: &LineOfSight, centre: [f64; 2]) -> Result<Option<BeamAverage>> {
     let ring = ring(config.lens.einstein_radius_arcsec);
-    let beams = outside
-        .beams(config.line_of_sight.z_lens, &ring, |at| [at[0] - centre[0], at[1] - centre[1]])?;
+    let beams =
+        outside.beams(config.line_of_sight.z_lens, &ring, |at| [at[0] - centre[0], at[1] - centre[1]])?;
     Ok(BeamAverage::of(&beams))
 }
 

@@ -74,8 +74,7 @@ impl Sightlines {
             Epoch::FrozenZ(z) => (z, z),
             Epoch::Evolving => (z_source, config.line_of_sight.z_lens),
         };
-        let relation =
-            settings.mass_function.build(settings.mass_definition, linear.background(), z_max)?;
+        let relation = settings.mass_function.build(settings.mass_definition, linear.background(), z_max)?;
         let dn_dlnm = |mass: f64, z: f64| relation.dn_dlnm_per_cmpc3(&linear, mass, z);
         let population =
             Population::new(config.cosmology, z_source, settings.limits(), settings.epoch, dn_dlnm)?;

@@ -125,8 +125,7 @@ impl SightScalars {
                 push_tidal(&mut list, &format!("los_{name}"), &los);
             }
         }
-        for (name, model) in
-            [("best_tidal", &of_image.best_tidal), ("best_flexion", &of_image.best_flexion)]
+        for (name, model) in [("best_tidal", &of_image.best_tidal), ("best_flexion", &of_image.best_flexion)]
         {
             let left =
                 model.map(|model| (format!("residual_{name}_arcsec"), "arcsec", model.residual_arcsec));

@@ -9,8 +9,8 @@ use crate::diagnostics::{
 };
 use crate::error::Result;
 use crate::imaging::{Exposure, Psf, Scene, SkyGrid, expose};
-use crate::mapping::multiplane::{AccuracyReport, AdaptiveSegment, Field, LineOfSight, MainLens, Segment};
 use crate::mapping::Mapping;
+use crate::mapping::multiplane::{AccuracyReport, AdaptiveSegment, Field, LineOfSight, MainLens, Segment};
 use crate::monitor::{Monitor, Uncounted};
 use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;

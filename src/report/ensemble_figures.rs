@@ -3,7 +3,9 @@
 use crate::error::Result;
 use crate::io::SightlineTable;
 use crate::plot::Figure;
-use crate::plot::figures::{CornerParameter, CornerPosterior, Distributions, corner, distributions, settling};
+use crate::plot::figures::{
+    CornerParameter, CornerPosterior, Distributions, corner, distributions, settling,
+};
 
 /// The modulus of a quantity of two components; empty where the table has none.
 fn modulus(table: &SightlineTable, quantity: &str, rest: &str) -> Vec<f64> {

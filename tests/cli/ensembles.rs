@@ -18,7 +18,8 @@ fn folder() -> Folder {
 
 /// Files of one folder with their bytes.
 fn files_of(folder: &Folder, name: &str) -> BTreeMap<PathBuf, Vec<u8>> {
-    let strip = |(path, bytes): (PathBuf, Vec<u8>)| Some((path.strip_prefix(name).ok()?.to_path_buf(), bytes));
+    let strip =
+        |(path, bytes): (PathBuf, Vec<u8>)| Some((path.strip_prefix(name).ok()?.to_path_buf(), bytes));
     folder.files().into_iter().filter_map(strip).collect()
 }
 
@@ -67,7 +68,10 @@ fn a_sightline_is_the_same_alone_in_a_shard_on_any_threads_and_in_a_simulation()
     std::fs::create_dir(folder.path("parts")).unwrap();
     for shard in ["2/3", "1/3", "3/3"] {
         let name = shard.replace('/', "-");
-        succeeds(&folder, &format!("ensemble small.toml -n 5 --seed 5 --shard {shard} -o parts/{name} --quiet"));
+        succeeds(
+            &folder,
+            &format!("ensemble small.toml -n 5 --seed 5 --shard {shard} -o parts/{name} --quiet"),
+        );
     }
     let status = succeeds(&folder, "status parts");
     assert!(status.contains("parts/2-3: complete, 2 sightlines (1–2 of 0–4)"), "{status}");
@@ -77,7 +81,10 @@ fn a_sightline_is_the_same_alone_in_a_shard_on_any_threads_and_in_a_simulation()
     succeeds(&folder, "ensemble small.toml --sightline 3 --seed 5 -o one --quiet");
     succeeds(&folder, "simulate small.toml --sightline 3 --seed 5 -o run --quiet");
     let (whole, one) = (table(&folder, "whole"), table(&folder, "one"));
-    assert_eq!((whole.numbers.as_slice(), one.numbers.as_slice()), ([0, 1, 2, 3, 4].as_slice(), [3].as_slice()));
+    assert_eq!(
+        (whole.numbers.as_slice(), one.numbers.as_slice()),
+        ([0, 1, 2, 3, 4].as_slice(), [3].as_slice())
+    );
     for (all, alone) in whole.all_haloes.iter().zip(&one.all_haloes) {
         assert_eq!(all.values[3].to_bits(), alone.values[0].to_bits(), "{}", all.name);
     }

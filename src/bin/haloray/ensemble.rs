@@ -7,6 +7,7 @@ use haloray::ensemble::{
 };
 use haloray::inference::model::ModelDescription;
 use haloray::io::read_lenses;
+use haloray::mapping::tidal::LineOfSightKind;
 use haloray::report::{SIGHTLINES_FILE, write_ensemble};
 use haloray::{Error, Result};
 
@@ -65,7 +66,10 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let mut config = args.settings.resolve()?;
     args.tracing.apply(&mut config);
     check_draws(&config, "an ensemble")?;
-    ModelDescription::built_in(&args.model)?;
+    let description = ModelDescription::built_in(&args.model)?;
+    if args.level == Level::Fits && description.line_of_sight.model == LineOfSightKind::Haloes {
+        return Err(Error::argument("--model", &args.model, "one with gamma1_los and gamma2_los"));
+    }
     let lenses = args.lenses.as_deref().map(read_lenses).transpose()?.unwrap_or_default();
     let (first, number) = match args.sightline {
         Some(sightline) => (sightline, 1),

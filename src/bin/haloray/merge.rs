@@ -37,9 +37,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     for path in &merged.duplicates {
         warn(format_args!("{}: a duplicate of other parts", path.display()));
     }
-    let statistics = bars.stage("files and figures", || {
-        write_ensemble(&merged.table, merged.specs(), &merged, &staging)
-    })?;
+    let statistics =
+        bars.stage("files and figures", || write_ensemble(&merged.table, merged.specs(), &merged, &staging))?;
     let files = commit(staging)?;
     tell(&statistics, &files, bars);
     Ok(())

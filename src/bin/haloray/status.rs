@@ -13,7 +13,9 @@ use crate::terminal::print_result;
 
 /// How far an ensemble is: its sightlines that have ended, shard by shard where DIR holds shards.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  haloray status ensemble\n  haloray status parts        # parts/1, parts/2, …")]
+#[command(
+    after_help = "Examples:\n  haloray status ensemble\n  haloray status parts        # parts/1, parts/2, …"
+)]
 pub struct Args {
     /// Folder of `haloray ensemble`, or one that holds such folders.
     #[arg(value_name = "DIR")]
@@ -74,7 +76,9 @@ fn status(folder: &Path) -> Result<Option<Status>> {
     let table = SightlineTable::read(&path)?;
     let number = table.numbers.len() as u64;
     let range = match (table.numbers.first(), table.numbers.last()) {
-        (Some(first), Some(last)) => format!("{first}–{last} of {}–{}", table.whole.start, table.whole.end - 1),
+        (Some(first), Some(last)) => {
+            format!("{first}–{last} of {}–{}", table.whole.start, table.whole.end - 1)
+        }
         _ => "none".into(),
     };
     let text = format!("complete, {number} sightlines ({range}), {} failed", table.failures.len());

@@ -82,6 +82,8 @@ impl RecordLog {
             Err(error) => return Err(Error::read(path)(error)),
         };
         let is_at_work = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+        // Whoever begins now must find it free.
+        let _ = file.unlock();
         let mut log = Self::at(path, file);
         log.scan()?;
         Ok(Some((log, is_at_work)))

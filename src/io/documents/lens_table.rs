@@ -82,7 +82,8 @@ mod tests {
 
     #[test]
     fn lenses_are_read_and_those_behind_their_sources_refused() {
-        let lenses = read("name,z_lens,z_source,einstein_radius_arcsec\nB1608,0.63,1.394,0.8\nJ,0.3,0.7,1.2\n");
+        let lenses =
+            read("name,z_lens,z_source,einstein_radius_arcsec\nB1608,0.63,1.394,0.8\nJ,0.3,0.7,1.2\n");
         let first = TabledLens {
             name: "B1608".into(),
             z_lens: 0.63,

@@ -313,7 +313,10 @@ mod tests {
                 einstein_radius_arcsec: None,
             }],
             numbers: vec![5, 6, 9],
-            all_haloes: vec![column("gamma1_los", [0.1, f64::MIN_POSITIVE, 3.0]), column("a", [1.0, 2.0, 4.0])],
+            all_haloes: vec![
+                column("gamma1_los", [0.1, f64::MIN_POSITIVE, 3.0]),
+                column("a", [1.0, 2.0, 4.0]),
+            ],
             tidal_haloes: vec![column("gamma1_los", [-0.1, 0.0, 1.0])],
             failures: vec![(6, "singular".into())],
         }

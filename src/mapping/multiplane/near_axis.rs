@@ -172,7 +172,11 @@ mod tests {
             [(0, 0, 0), (0, 0, 1), (0, 1, 1), (1, 0, 0), (1, 0, 1), (1, 1, 1)].into_iter().enumerate()
         {
             let wanted = 0.5 * (of(i, j, k) + of(i, k, j));
-            assert!((mixed[c] - wanted).abs() < 1e-5 * mixed[c].abs().max(0.01), "{c}: {} {wanted}", mixed[c]);
+            assert!(
+                (mixed[c] - wanted).abs() < 1e-5 * mixed[c].abs().max(0.01),
+                "{c}: {} {wanted}",
+                mixed[c]
+            );
         }
     }
 }
