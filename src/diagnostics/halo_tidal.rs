@@ -200,7 +200,7 @@ mod tests {
                     |i: usize| haloes.r_s_arcsec[i] * 10f64.powf(3.0 * (0.39 * i as f64).fract() - 1.0);
                 haloes.r_trunc_arcsec = Some((0..haloes.len()).map(radii).collect());
             }
-            for (theta_e, threshold) in [(1.0, 0.1), (0.5, 0.03), (1.5, 0.3), (1.0, 5.0)] {
+            for (theta_e, threshold) in [(1.0, 0.1), (0.5, 0.03), (1.5, 0.3), (1.0, 0.8)] {
                 let ray = |_| [0.3, -0.2];
                 let judged = JudgedHaloes::along(&haloes, theta_e, threshold, ray).unwrap();
                 let all = HaloTidal::along(&haloes, theta_e, ray).unwrap();
