@@ -117,11 +117,16 @@ pub fn tell(statistics: &EnsembleStatistics, files: &[PathBuf], bars: &Bars) {
         warn(format_args!("sightline {number} failed: {reason}"));
     }
     if !bars.is_quiet() {
-        let [rms, error] = statistics.rms_gamma_los;
-        let [ring, ring_error] = statistics.rms_gamma_los_ring;
+        let with_error = |[value, error]: [f64; 2]| match error.is_finite() {
+            true => format!("{value:.4} ± {error:.4}"),
+            false => format!("{value:.4}"),
+        };
         print(&format!(
-            "{} sightlines, {} failed\nrms |γ_LOS|  axis {rms:.4} ± {error:.4}   ring {ring:.4} ± {ring_error:.4}\n",
-            statistics.number_of_sightlines, statistics.number_failed
+            "sightlines {}, failed {}\nrms |γ_LOS|  axis {}   ring {}\n",
+            statistics.number_of_sightlines,
+            statistics.number_failed,
+            with_error(statistics.rms_gamma_los),
+            with_error(statistics.rms_gamma_los_ring)
         ));
         let line = |name: &str| -> Option<String> {
             let column = statistics.columns.get(name)?;
