@@ -136,7 +136,7 @@ fn whole_of(paths: &[PathBuf], tables: &[SightlineTable]) -> Result<Range<u64>> 
                 before.end - 1,
                 one.display()
             );
-            return Err(Error::file(FileFault::Content, *other, problem));
+            return Err(Error::file(FileFault::Content, other, problem));
         }
     }
     let start = wholes.first().map_or(0, |(whole, _)| whole.start);

@@ -40,10 +40,7 @@ impl UnitRule {
     #[inline]
     pub fn integrate_unit(&self, integrand: impl Fn(f64) -> f64) -> f64 {
         // All values before the sum, whose order is fixed, so that they are computed side by side.
-        let mut terms = [0.0; NODES];
-        for i in 0..NODES {
-            terms[i] = self.weights[i] * integrand(self.nodes[i]);
-        }
+        let terms: [f64; NODES] = std::array::from_fn(|i| self.weights[i] * integrand(self.nodes[i]));
         terms.iter().fold(0.0, |sum, term| sum + term)
     }
 }
