@@ -51,6 +51,12 @@ arviz: oracle-setup
     HALORAY_POSTERIOR_FOLDER=target/arviz cargo test --release --lib leaves_a_file_for_arviz -- --ignored
     .venv/bin/python data/netcdf/check_posterior.py target/arviz/posterior.nc
 
+# xarray opens the table of an ensemble, through both netCDF readers
+xarray: oracle-setup
+    .venv/bin/pip install --quiet xarray
+    cargo run --release -- ensemble -n 20 -o target/xarray
+    .venv/bin/python data/netcdf/check_sightlines.py target/xarray/sightlines.h5
+
 # long comparison with lenstronomy on a full cone; writes docs/ORACLE.md
 oracle: oracle-setup
     cargo build --release
@@ -93,6 +99,11 @@ bench-peers: oracle-setup
     cargo build --release
     bench=$(cargo bench --bench adaptive --no-run 2>&1 | sed -n 's/.*(\(.*adaptive-[0-9a-f]*\))/\1/p') && \
     .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --bench "$bench" --scaling --summary docs/BENCHMARKS.md
+
+# ten thousand sightlines beside single simulations in one run; writes docs/ENSEMBLE_SPEED.md
+bench-ensemble N="10000":
+    cargo build --release
+    python3 data/oracle/bench_ensemble.py --binary target/release/haloray --number {{N}} --summary docs/ENSEMBLE_SPEED.md
 
 # the elliptical power law beside lenstronomy's in one run; writes docs/PROFILE_SPEED.md
 bench-lens: oracle-setup

@@ -48,6 +48,7 @@ pub mod config;
 pub mod constants;
 pub mod cosmology;
 pub mod diagnostics;
+pub mod ensemble;
 pub mod error;
 pub mod halo;
 pub mod imaging;

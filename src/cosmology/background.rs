@@ -122,8 +122,11 @@ impl Background {
     ///
     /// Errors: `chi_mpc` negative, not a number, or at or beyond χ(z → ∞).
     pub fn redshift_at_comoving_distance(&self, chi_mpc: f64) -> Result<f64> {
-        let horizon_mpc = self.hubble_distance_mpc() * self.distance_integral(1.0, 1.0);
-        if !(0.0..horizon_mpc).contains(&chi_mpc) {
+        // The integrand is 1 at least, and the horizon twice the Hubble distance.
+        let is_near = (0.0..2.0 * self.hubble_distance_mpc()).contains(&chi_mpc);
+        let horizon_mpc = || self.hubble_distance_mpc() * self.distance_integral(1.0, 1.0);
+        if !is_near && !(0.0..horizon_mpc()).contains(&chi_mpc) {
+            let horizon_mpc = horizon_mpc();
             let allowed = format!("at least 0 and below the horizon, {horizon_mpc:.1}");
             return Err(Error::out_of_range("comoving distance in Mpc", chi_mpc, &allowed));
         }

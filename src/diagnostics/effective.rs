@@ -2,7 +2,7 @@
 
 use super::distortion::Distortion;
 use crate::error::{Error, Result};
-use crate::mapping::multiplane::LineOfSight;
+use crate::mapping::multiplane::{LineOfSight, NearAxis};
 use crate::mapping::tidal::{Flexion, FlexionModel, LineOfSightModel, Tidal, los_jacobian};
 
 /// What the tidal models of a line of sight predict on its axis, main lens excluded.
@@ -30,13 +30,20 @@ impl EffectiveLineOfSight {
     /// # Errors
     /// When the lens is not between observer and source, or A_ds cannot be inverted.
     pub fn of(line_of_sight: &LineOfSight, z_lens: f64) -> Result<Self> {
-        let od = Distortion::on_axis(&line_of_sight.observer_to(z_lens)?);
-        let os = Distortion::on_axis(&line_of_sight.observer_to_source());
-        let ds = Distortion::on_axis(&line_of_sight.to_source_from(z_lens)?);
+        let near = line_of_sight.near_axis(z_lens, [[0.0; 2]; 2])?;
+        Self::of_rays(&near, line_of_sight.slope_per_reduced_deflection(z_lens)?)
+    }
+
+    /// From the traced axis ray, `f` = χ_s/(χ_s − χ_d).
+    ///
+    /// # Errors
+    /// When A_ds cannot be inverted.
+    pub fn of_rays(near: &NearAxis, f: f64) -> Result<Self> {
+        let [od, os, ds] = [&near.od, &near.os, &near.ds]
+            .map(|ray| Distortion::of_ray(&ray.jacobian, &ray.second_per_arcsec));
         let los = los_jacobian(&od.tidal, &os.tidal, &ds.tidal)
             .ok_or_else(|| Error::out_of_range("A_ds of the line of sight", "singular", "invertible"))?;
-        let f = line_of_sight.slope_per_reduced_deflection(z_lens)?;
-        let mixed = line_of_sight.mixed_second_derivatives(z_lens)?.map(|b| f * b);
+        let mixed = near.mixed_per_arcsec.map(|b| f * b);
         let two = Distortion::of_ray(&[1.0, 0.0, 0.0, 1.0], &mixed);
         Ok(Self {
             flexion_1ds: Flexion { f: ds.f_per_arcsec * f, g: ds.g_per_arcsec * f },

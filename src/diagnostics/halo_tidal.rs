@@ -25,6 +25,46 @@ pub struct HaloTidal {
     pub averages: Vec<RingAndDisc>,
 }
 
+/// κ_h of every halo and whether it is in the tidal regime, and nothing else: what sightlines by the thousand need.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct JudgedHaloes {
+    /// Convergence κ_h.
+    pub kappa: Vec<f64>,
+    /// Whether Δ_h lies below the threshold.
+    pub is_tidal: Vec<bool>,
+}
+
+impl JudgedHaloes {
+    /// Judges every halo where a ray meets its plane in the direction `ray(i)`, as [`HaloTidal::along`] would.
+    ///
+    /// The shear of a round lens whose density falls outwards falls no faster than r⁻², so that |∂γ| ≤ √8|γ|/r, and with
+    /// x = θ_E/r a halo has Δ_h ≤ 4x/(1 − x)³. One of which twice that is below the threshold is not evaluated for it.
+    ///
+    /// # Errors
+    /// As [`HaloTidal::of`].
+    pub fn along(
+        haloes: &HaloCatalogue,
+        theta_e_arcsec: f64,
+        threshold: f64,
+        ray: impl Fn(usize) -> [f64; 2] + Sync,
+    ) -> crate::Result<Self> {
+        let row = |i: usize| {
+            let (profile, [x, y]) = (haloes.profile(i)?, ray(i));
+            let distance = (haloes.theta_x_arcsec[i] - x).hypot(haloes.theta_y_arcsec[i] - y);
+            let part = theta_e_arcsec / distance;
+            if part < 0.5 && 8.0 * part < threshold * (1.0 - part).powi(3) {
+                let [xx, _, yy] = profile.hessian(x, y);
+                return Ok((0.5 * (xx + yy), true));
+            }
+            let (kappa, variation) = single_halo(&profile, [x, y], theta_e_arcsec);
+            Ok((kappa, variation.delta < threshold))
+        };
+        let rows: Vec<_> = (0..haloes.len()).into_par_iter().map(row).collect::<crate::Result<_>>()?;
+        let (kappa, is_tidal) = rows.into_iter().unzip();
+        Ok(Self { kappa, is_tidal })
+    }
+}
+
 impl HaloTidal {
     /// Evaluates every halo at 0, θ_E x̂ and θ_E ŷ and on the ring of θ_E; all derivatives are analytic.
     ///
@@ -137,6 +177,39 @@ mod tests {
         let i = Complex::<f64>::i();
         assert!(((dx - i * dy) * 0.5 - f).norm() < 1e-8 * f.norm());
         assert!(((dx + i * dy) * 0.5 - g).norm() < 1e-8 * g.norm());
+    }
+
+    #[test]
+    fn haloes_that_are_not_evaluated_are_judged_as_if_they_were() {
+        use crate::cosmology::Background;
+        use crate::halo::HaloMasses;
+        // Rings of haloes from next to the axis to far off, plain and truncated at every multiple of their scale radius.
+        let number = 4000;
+        let of = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { (0..number).map(|i| f(f64::from(i))).collect() };
+        let distance = |i: f64| 0.05 * 1.0025_f64.powf(i);
+        let theta = [of(&|i| distance(i) * (1.7 * i).cos()), of(&|i| distance(i) * (1.7 * i).sin())];
+        let masses = HaloMasses::Angles {
+            r_s_arcsec: of(&|i| 0.02 * 4000_f64.powf((0.618 * i).fract())),
+            alpha_rs_arcsec: of(&|_| 0.01),
+        };
+        let z = of(&|i| 0.1 + 1.3 * (0.271 * i).fract());
+        let mut haloes = HaloCatalogue::new(1.5, &Background::paper(), z, theta, masses).unwrap();
+        for truncated in [false, true] {
+            if truncated {
+                let radii =
+                    |i: usize| haloes.r_s_arcsec[i] * 10f64.powf(3.0 * (0.39 * i as f64).fract() - 1.0);
+                haloes.r_trunc_arcsec = Some((0..haloes.len()).map(radii).collect());
+            }
+            for (theta_e, threshold) in [(1.0, 0.1), (0.5, 0.03), (1.5, 0.3), (1.0, 0.8)] {
+                let ray = |_| [0.3, -0.2];
+                let judged = JudgedHaloes::along(&haloes, theta_e, threshold, ray).unwrap();
+                let all = HaloTidal::along(&haloes, theta_e, ray).unwrap();
+                assert_eq!(judged.kappa, all.kappa);
+                assert_eq!(judged.is_tidal, all.within(threshold));
+                let tidal = judged.is_tidal.iter().filter(|is| **is).count();
+                assert!(tidal > 300 && tidal < haloes.len() - 300, "{tidal}");
+            }
+        }
     }
 
     #[test]

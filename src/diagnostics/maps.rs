@@ -77,16 +77,28 @@ impl TidalMaps {
         })
     }
 
+    /// Names of the maps, their units and what they are.
+    pub const NAMES: [(&str, &str, &str); 7] = [
+        ("kappa", "", "convergence"),
+        ("gamma1", "", "shear, first component"),
+        ("gamma2", "", "shear, second component"),
+        ("omega", "", "rotation"),
+        ("abs_f", "arcsec^-1", "modulus of the F-type flexion"),
+        ("abs_g", "arcsec^-1", "modulus of the G-type flexion"),
+        ("delta", "", "|γ(θ) − γ(0)|/|γ(0)|"),
+    ];
+
     /// Every map with its name and unit, as files and figures list them.
     pub fn columns(&self) -> [(&'static str, &'static str, &[f64]); 7] {
-        [
-            ("kappa", "", &self.kappa),
-            ("gamma1", "", &self.gamma1),
-            ("gamma2", "", &self.gamma2),
-            ("omega", "", &self.omega),
-            ("abs_f", "arcsec^-1", &self.f_per_arcsec),
-            ("abs_g", "arcsec^-1", &self.g_per_arcsec),
-            ("delta", "", &self.delta),
-        ]
+        let maps = [
+            &self.kappa,
+            &self.gamma1,
+            &self.gamma2,
+            &self.omega,
+            &self.f_per_arcsec,
+            &self.g_per_arcsec,
+            &self.delta,
+        ];
+        std::array::from_fn(|i| (Self::NAMES[i].0, Self::NAMES[i].1, maps[i].as_slice()))
     }
 }

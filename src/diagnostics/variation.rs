@@ -16,6 +16,12 @@ pub struct ShearVariation {
 }
 
 impl ShearVariation {
+    /// From the Jacobians of the rays 0, θ_E x̂ and θ_E ŷ.
+    pub fn of_jacobians(jacobians: [&[f64; 4]; 3]) -> Self {
+        let shear = |a: &[f64; 4]| Tidal::of_jacobian(&nalgebra::Matrix2::new(a[0], a[1], a[2], a[3])).gamma;
+        Self::of_shears(shear(jacobians[0]), shear(jacobians[1]), shear(jacobians[2]))
+    }
+
     /// From the shear at 0, θ_E x̂ and θ_E ŷ.
     pub fn of_shears(at_axis: Complex<f64>, right: Complex<f64>, above: Complex<f64>) -> Self {
         let change = (right - at_axis).norm_sqr() + (above - at_axis).norm_sqr();
@@ -26,11 +32,7 @@ impl ShearVariation {
 /// Δ_tot of a traced mapping at the scale `theta_e_arcsec`.
 pub fn total_variation(mapping: &impl Mapping, theta_e_arcsec: f64) -> ShearVariation {
     let rays = mapping.map(&[[0.0, 0.0], [theta_e_arcsec, 0.0], [0.0, theta_e_arcsec]], Order::Jacobian);
-    let shear = |i: usize| {
-        let [xx, xy, yx, yy] = rays.jacobian[i];
-        Tidal::of_jacobian(&nalgebra::Matrix2::new(xx, xy, yx, yy)).gamma
-    };
-    ShearVariation::of_shears(shear(0), shear(1), shear(2))
+    ShearVariation::of_jacobians([&rays.jacobian[0], &rays.jacobian[1], &rays.jacobian[2]])
 }
 
 /// Δ in the flexion regime, Δ² = 2θ_E²(|F|²+|G|²)/|γ|²; the paper prints ½ for the 2, which belongs to Bacon's F and G.

@@ -67,8 +67,7 @@ impl MassTable {
 
     /// ∫n·min(1, M/M*) d ln M per comoving Mpc³, M* = `mass_star_msun`.
     pub fn limited_number_per_cmpc3(&self, mass_star_msun: f64) -> f64 {
-        let (light, heavy) = self.limited_parts(mass_star_msun);
-        light + heavy
+        self.limited(mass_star_msun).number_per_cmpc3()
     }
 
     /// The two parts of the integral: below M* (∝ M) and above it.
@@ -84,20 +83,43 @@ impl MassTable {
         self.number.inverse(self, u * self.number.total()).exp()
     }
 
-    /// A mass drawn from n·min(1, M/M*), by the uniform deviate `u` in [0, 1).
-    pub fn sample_limited_msun(&self, mass_star_msun: f64, u: f64) -> f64 {
+    /// n·min(1, M/M*), M* = `mass_star_msun`, ready to be sampled.
+    pub fn limited(&self, mass_star_msun: f64) -> LimitedMasses<'_> {
         let (light, heavy) = self.limited_parts(mass_star_msun);
-        let target = u * (light + heavy);
-        let x = if target < light {
-            self.mass.inverse(self, target * mass_star_msun)
-        } else {
-            self.number.inverse(self, self.number.total() - (light + heavy - target))
-        };
-        x.exp()
+        LimitedMasses { table: self, mass_star_msun, light, heavy }
     }
 
     fn slope(&self, cell: usize) -> f64 {
         (self.density[cell + 1] / self.density[cell]).ln() / self.step
+    }
+}
+
+/// The mass function n·min(1, M/M*).
+#[derive(Debug, Clone, Copy)]
+pub struct LimitedMasses<'a> {
+    table: &'a MassTable,
+    mass_star_msun: f64,
+    /// The integral below M* and above it.
+    light: f64,
+    heavy: f64,
+}
+
+impl LimitedMasses<'_> {
+    /// ∫n·min(1, M/M*) d ln M per comoving Mpc³.
+    pub fn number_per_cmpc3(&self) -> f64 {
+        self.light + self.heavy
+    }
+
+    /// A mass drawn by the uniform deviate `u` in [0, 1).
+    pub fn sample_msun(&self, u: f64) -> f64 {
+        let Self { table, mass_star_msun, light, heavy } = *self;
+        let target = u * (light + heavy);
+        let x = if target < light {
+            table.mass.inverse(table, target * mass_star_msun)
+        } else {
+            table.number.inverse(table, table.number.total() - (light + heavy - target))
+        };
+        x.exp()
     }
 }
 
@@ -199,7 +221,7 @@ mod tests {
         let (table, star) = (power_law(1000), 3e11);
         let total = table.limited_number_per_cmpc3(star);
         for u in [0.0, 0.01, 0.5, 0.9, 0.999] {
-            let m = table.sample_limited_msun(star, u);
+            let m = table.limited(star).sample_msun(u);
             let below = if m < star {
                 table.mass.up_to(&table, m.ln()) / star
             } else {

@@ -1,7 +1,8 @@
 //! What the shear cut does: one line of sight at ever looser cuts.
 
-use super::haloes::{line_of_sight, populate};
+use super::haloes::line_of_sight;
 use super::shapes::LensAndSource;
+use super::sightlines::populate;
 use super::view::View;
 use crate::config::Config;
 use crate::error::Result;

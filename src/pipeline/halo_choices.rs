@@ -1,7 +1,7 @@
 //! What truncation and scatter of the haloes change: shear, flexion and Δ of single haloes and sightlines.
 
-use super::haloes::populate;
 use super::matter::{Selection, end, mean_convergence};
+use super::sightlines::populate;
 use crate::config::{Config, HaloProfile};
 use crate::error::Result;
 use crate::monitor::{Monitor, Uncounted};

@@ -72,6 +72,13 @@ impl LosShears {
     }
 }
 
+impl BeamAverage {
+    /// What stands for the average where only its names count.
+    pub fn nothing() -> Self {
+        Self { od: Tidal::NONE, os: Tidal::NONE, ds: Tidal::NONE, los: Tidal::NONE }
+    }
+}
+
 /// What is needed to measure them: the lens, its light, and the image through `whole`, haloes and lens.
 pub(super) struct Seen<'a> {
     pub shapes: &'a LensAndSource,
@@ -82,19 +89,26 @@ pub(super) struct Seen<'a> {
 }
 
 impl LosShears {
+    /// No definition but the axis ray's.
+    pub const NONE: Self = Self { ring: None, light: None, best_tidal: None, best_flexion: None };
+
+    /// All definitions there are, for their names.
+    pub fn nothing() -> Self {
+        let best = BestModel { od: Tidal::NONE, los: Tidal::NONE, residual_arcsec: 0.0 };
+        let beams = Some(BeamAverage::nothing());
+        Self { ring: beams, light: beams, best_tidal: Some(best), best_flexion: Some(best) }
+    }
+
     /// Measures all definitions for one image.
     pub(super) fn measure(
         config: &Config,
         sight: &LineOfSight,
         axis: &EffectiveLineOfSight,
+        ring: Option<BeamAverage>,
         seen: &Seen,
         monitor: &dyn Monitor,
     ) -> Result<Self> {
         let z_lens = config.line_of_sight.z_lens;
-        let centre = seen.lens.profile.centre_arcsec().unwrap_or([0.0; 2]);
-        let ring = sight.beams(z_lens, &ring(config.lens.einstein_radius_arcsec), |at| {
-            [at[0] - centre[0], at[1] - centre[1]]
-        })?;
         let (theta, weights) = signal(config, seen);
         let some = evenly_weighted(&theta, &weights);
         let light = sight.beams(z_lens, &some, |[x, y]| seen.lens.profile.deflection(x, y))?;
@@ -115,15 +129,8 @@ impl LosShears {
         } else {
             BestModel::tidal_and_flexion(&rays, (&axis.od.tidal, &axis.los), lens)?.map(Some)
         };
-        Ok(Self { ring: BeamAverage::of(&ring), light: BeamAverage::of(&light), best_tidal, best_flexion })
+        Ok(Self { ring, light: BeamAverage::of(&light), best_tidal, best_flexion })
     }
-}
-
-fn ring(radius_arcsec: f64) -> Vec<[f64; 2]> {
-    /// What the ray loop carries at once.
-    const POINTS: u32 = 48;
-    let at = |i: u32| (std::f64::consts::TAU * f64::from(i) / f64::from(POINTS)).sin_cos();
-    (0..POINTS).map(at).map(|(sin, cos)| [radius_arcsec * cos, radius_arcsec * sin]).collect()
 }
 
 /// Pixels where the source outshines the noise, and by how much.

@@ -5,10 +5,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::error::{Error, Result};
 
 /// `work(0..number)` in order; an error stops what has not begun.
-pub(super) fn one_core_each<T: Send>(number: u64, work: impl Fn(u64) -> Result<T> + Sync) -> Result<Vec<T>> {
+///
+/// # Errors
+/// The first of `work`; threads that the system refuses.
+pub fn one_core_each<T: Send>(number: u64, work: impl Fn(u64) -> Result<T> + Sync) -> Result<Vec<T>> {
+    /// What the main thread has: unoptimised builds need more than the usual two mebibytes for fits.
+    const STACK_BYTES: usize = 8 << 20;
     let next = AtomicU64::new(0);
     let worker = || -> Result<Vec<(u64, T)>> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).stack_size(STACK_BYTES).build();
         let pool =
             pool.map_err(|e| Error::out_of_range("number of threads", 1, &format!("possible here ({e})")))?;
         let mut done = Vec::new();

@@ -1,8 +1,9 @@
 //! The one function that runs the chain.
 
-use super::haloes::{Haloes, SingleHaloes, line_of_sight_of, populate, sheets_of};
+use super::haloes::{Haloes, SingleHaloes, line_of_sight_of, sheets_of};
 use super::matter::{MatterBudget, Selection};
 use super::shapes::LensAndSource;
+use super::sightlines::populate;
 use super::view::{View, maps};
 use crate::config::Config;
 use crate::diagnostics::TidalMaps;

@@ -3,8 +3,9 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
-use super::los_shears::DEFINITIONS;
+use super::los_shears::{DEFINITIONS, LosShears};
 use super::matter::MatterBudget;
+use super::scalars::SightScalars;
 use super::simulate::Simulation;
 use super::view::View;
 use crate::diagnostics::Tidal;
@@ -98,6 +99,13 @@ impl Summary {
 impl View {
     /// Tensors, flexions, Δ and positions by name.
     pub fn quantities(&self) -> Quantities {
+        self.scalars().quantities(Some(&self.los_shears))
+    }
+}
+
+impl SightScalars {
+    /// Tensors, flexions, Δ and positions by name, with γ_LOS by the definitions that need an image where there is one.
+    pub fn quantities(&self, of_image: Option<&LosShears>) -> Quantities {
         let mut list = vec![
             ("number_of_haloes".to_string(), "", self.number_of_haloes as f64),
             ("number_in_lens_plane".to_string(), "", self.number_in_lens_plane as f64),
@@ -109,15 +117,16 @@ impl View {
         }
         push_tidal(&mut list, "los", &e.los);
         push_tidal(&mut list, "los_linear", &e.los_linear);
-        let others = self.los_shears.all(e);
-        for (name, tensors) in DEFINITIONS.iter().zip(others).skip(1) {
+        let without_image = LosShears { ring: self.ring, ..LosShears::NONE };
+        let of_image = of_image.unwrap_or(&without_image);
+        for (name, tensors) in DEFINITIONS.iter().zip(of_image.all(e)).skip(1) {
             if let Some((od, los)) = tensors {
                 push_tidal(&mut list, &format!("od_{name}"), &od);
                 push_tidal(&mut list, &format!("los_{name}"), &los);
             }
         }
-        let (tidal, flexion) = (&self.los_shears.best_tidal, &self.los_shears.best_flexion);
-        for (name, model) in [("best_tidal", tidal), ("best_flexion", flexion)] {
+        for (name, model) in [("best_tidal", &of_image.best_tidal), ("best_flexion", &of_image.best_flexion)]
+        {
             let left =
                 model.map(|model| (format!("residual_{name}_arcsec"), "arcsec", model.residual_arcsec));
             list.extend(left);
@@ -138,6 +147,19 @@ impl View {
         ] {
             list.push((format!("{name}_x_arcsec"), "arcsec", x));
             list.push((format!("{name}_y_arcsec"), "arcsec", y));
+        }
+        Quantities(list)
+    }
+
+    /// What the summary of a run leaves out: os and ds along the beam of the ring, and the flexions of the flexion model.
+    pub fn quantities_beside(&self) -> Quantities {
+        let mut list = Vec::new();
+        if let Some(ring) = &self.ring {
+            push_tidal(&mut list, "os_beam", &ring.os);
+            push_tidal(&mut list, "ds_beam", &ring.ds);
+        }
+        for (name, flexion) in [("1ds", &self.effective.flexion_1ds), ("2ds", &self.effective.flexion_2ds)] {
+            push_flexion(&mut list, name, flexion.f, flexion.g);
         }
         Quantities(list)
     }

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::haloes::{line_of_sight_of, populate};
+use super::haloes::line_of_sight_of;
 use super::matter::Selection;
 use super::rows::RowStore;
+use super::sightlines::populate;
 use crate::config::Config;
 use crate::diagnostics::{EffectiveLineOfSight, MapGrid};
 use crate::error::Result;

@@ -1,15 +1,16 @@
 //! One line of sight looked through: its tensors, Δ_tot, and the image of the lens seen through it.
 
 use super::los_shears::{LosShears, Seen};
+use super::scalars::{SightScalars, lens_centre, source_centre};
 use super::shapes::LensAndSource;
 use crate::config::{Config, LightConfig};
 use crate::diagnostics::{
-    CriticalCurves, EffectiveLineOfSight, RingAndDisc, ShearVariation, SkyWindow, TidalMaps, total_variation,
+    CriticalCurves, EffectiveLineOfSight, RingAndDisc, ShearVariation, SkyWindow, TidalMaps,
 };
 use crate::error::Result;
 use crate::imaging::{Exposure, Psf, Scene, SkyGrid, expose};
+use crate::mapping::Mapping;
 use crate::mapping::multiplane::{AccuracyReport, AdaptiveSegment, Field, LineOfSight, MainLens, Segment};
-use crate::mapping::{Mapping, Order};
 use crate::monitor::{Monitor, Uncounted};
 use crate::numerics::random::{Stage, StreamName};
 use crate::profile::light::Sersic;
@@ -74,6 +75,21 @@ pub fn maps(
 }
 
 impl View {
+    /// What the line of sight does without an image.
+    pub fn scalars(&self) -> SightScalars {
+        SightScalars {
+            number_of_haloes: self.number_of_haloes,
+            number_in_lens_plane: self.number_in_lens_plane,
+            effective: self.effective,
+            ring: self.los_shears.ring,
+            variation: self.variation,
+            averages: self.averages,
+            axis_ray_arcsec: self.axis_ray_arcsec,
+            lens_centre_arcsec: self.lens_centre_arcsec,
+            source_centre_arcsec: self.source_centre_arcsec,
+        }
+    }
+
     /// Looks through `line_of_sight` at the lens and source of the configuration.
     ///
     /// # Errors
@@ -87,7 +103,6 @@ impl View {
         monitor: &dyn Monitor,
     ) -> Result<Self> {
         let z_lens = config.line_of_sight.z_lens;
-        let lens_centre_arcsec = lens_centre(config, line_of_sight)?;
         let source_centre_arcsec = source_centre(line_of_sight);
         let lens = main_lens(config, shapes, line_of_sight)?;
         let source = light(config, &config.source, shapes.source_ellipticity, source_centre_arcsec)?;
@@ -101,22 +116,29 @@ impl View {
         let noise = StreamName { seed: config.seed, realisation: noise.0, stage: noise.1 };
         let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise, monitor)?;
         let accuracy = whole.report();
-        // Haloes at the lens's redshift are part of the lens.
         let outside = line_of_sight.without_plane_at(z_lens)?;
-        let effective = EffectiveLineOfSight::of(&outside, z_lens)?;
+        let scalars = SightScalars::of(config, line_of_sight)?;
         let seen =
             Seen { shapes, lens: &lens, lens_light: lens_light.as_ref(), whole: &whole, exposure: &exposure };
-        let los_shears = LosShears::measure(config, &outside, &effective, &seen, &Uncounted(monitor))?;
-        let (os, theta_e) = (line_of_sight.observer_to_source(), config.diagnostics.theta_e_arcsec);
+        let los_shears = LosShears::measure(
+            config,
+            &outside,
+            &scalars.effective,
+            scalars.ring,
+            &seen,
+            &Uncounted(monitor),
+        )?;
+        let SightScalars { number_of_haloes, number_in_lens_plane, effective, variation, averages, .. } =
+            scalars;
         Ok(Self {
-            number_of_haloes: line_of_sight.len(),
-            number_in_lens_plane: line_of_sight.len() - outside.len(),
+            number_of_haloes,
+            number_in_lens_plane,
             effective,
             los_shears,
-            variation: total_variation(&os, theta_e),
-            averages: RingAndDisc::of_mapping(&os, theta_e),
-            axis_ray_arcsec: axis_ray(config, line_of_sight),
-            lens_centre_arcsec,
+            variation,
+            averages,
+            axis_ray_arcsec: scalars.axis_ray_arcsec,
+            lens_centre_arcsec: scalars.lens_centre_arcsec,
             source_centre_arcsec,
             exposure,
             accuracy,
@@ -127,28 +149,6 @@ impl View {
                 .transpose()?,
         })
     }
-}
-
-/// Where the axis ray, bent by the haloes, meets lens plane and source.
-fn axis_ray(config: &Config, line_of_sight: &LineOfSight) -> [[f64; 2]; 2] {
-    let los = &config.line_of_sight;
-    let chi = [los.z_lens, los.z_source].map(|z| config.cosmology.comoving_distance_mpc(z));
-    let at = line_of_sight.axis_ray_arcsec(&chi);
-    [at[0], at[1]]
-}
-
-fn axis_position(mapping: &impl Mapping) -> [f64; 2] {
-    mapping.map(&[[0.0, 0.0]], Order::Position).beta_arcsec[0]
-}
-
-/// Centre of the main lens, where the haloes make it appear on the axis: −α_od(0), arcsec.
-fn lens_centre(config: &Config, line_of_sight: &LineOfSight) -> Result<[f64; 2]> {
-    Ok(axis_position(&line_of_sight.observer_to(config.line_of_sight.z_lens)?))
-}
-
-/// Centre of the source, where the haloes alone would make it appear on the axis: −α_os(0), arcsec.
-pub fn source_centre(line_of_sight: &LineOfSight) -> [f64; 2] {
-    axis_position(&line_of_sight.observer_to_source())
 }
 
 /// The main lens of the configuration, centred so that the haloes make it appear on the axis.

@@ -2,14 +2,15 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::haloes::{line_of_sight, populate};
+use super::fitted_shear::FittedShear;
+use super::haloes::line_of_sight;
 use super::los_shears::DEFINITIONS;
 use super::one_core_each::one_core_each;
 use super::shapes::LensAndSource;
+use super::sightlines::populate;
 use super::view::View;
-use super::view_fits::FittedView;
 use crate::config::Config;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::imaging::Psf;
 use crate::monitor::{Monitor, Uncounted};
 use crate::numerics::random::Stage;
@@ -69,18 +70,7 @@ fn one(config: &Config, psf: &Psf, model: &str, sightline: u64, monitor: &dyn Mo
     let sight = line_of_sight(config, &haloes, &haloes.catalogue)?;
     let shapes = LensAndSource::resolve(config, sightline);
     let view = View::through(config, &sight, &shapes, psf, (sightline, Stage::NoiseAllHaloes), monitor)?;
-    let seen = FittedView { image: "all_haloes", config, shapes: &shapes, view: &view, psf };
-    let refused =
-        || Error::out_of_range("model", model, "one with gamma1_los and gamma2_los among its parameters");
-    let fitted = seen.fit(model, || Err(refused()), monitor)?;
-    let draws = |name: &str| fitted.fit.draws_of(name).map(<[_]>::concat).ok_or_else(refused);
-    let (x, y) = (draws("gamma1_los")?, draws("gamma2_los")?);
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let fitted_shear = [mean(&x), mean(&y)];
-    let covariance = |a: &[f64], b: &[f64], [ma, mb]: [f64; 2]| {
-        a.iter().zip(b).map(|(a, b)| (a - ma) * (b - mb)).sum::<f64>() / (a.len() - 1) as f64
-    };
-    let [mx, my] = fitted_shear;
+    let fitted = FittedShear::of(config, &shapes, &view, psf, model, monitor)?;
     let tensors = view.los_shears.all(&view.effective);
     let residual = [view.los_shears.best_tidal, view.los_shears.best_flexion];
     Ok(WhichShear {
@@ -88,15 +78,11 @@ fn one(config: &Config, psf: &Psf, model: &str, sightline: u64, monitor: &dyn Mo
         by_definition: std::array::from_fn(|i| {
             tensors[i].map_or([f64::NAN; 2], |(_, los)| [los.gamma.re, los.gamma.im])
         }),
-        fitted: fitted_shear,
-        covariance: [
-            covariance(&x, &x, [mx, mx]),
-            covariance(&x, &y, [mx, my]),
-            covariance(&y, &y, [my, my]),
-        ],
+        fitted: fitted.mean,
+        covariance: fitted.covariance,
         residual_arcsec: residual.map(|best| best.map_or(f64::NAN, |best| best.residual_arcsec)),
-        chi2_reduced: fitted.fit.chi2_reduced(),
-        converged: fitted.fit.status.is_converged,
+        chi2_reduced: fitted.chi2_reduced,
+        converged: fitted.converged,
         missed_by: fitted.missed_by,
     })
 }

@@ -2,6 +2,8 @@
 
 mod catalogue_report;
 mod curve_figure;
+mod ensemble_figures;
+mod ensemble_folder;
 mod exposure_figure;
 mod fit_folder;
 mod number_text;
@@ -13,6 +15,7 @@ mod study_figures;
 
 pub use catalogue_report::{CatalogueReport, NamedFigure, contour_figure};
 pub use curve_figure::curve_figure;
+pub use ensemble_folder::{SIGHTLINES_FILE, write_ensemble};
 pub use exposure_figure::exposure_figure;
 pub use fit_folder::{FitSummary, NamedTruths, corner_figure, reconstruction_figure, write_fit};
 pub use number_text::{decimals_text, grouped, number_text, signed_text};

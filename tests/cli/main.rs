@@ -6,6 +6,7 @@ mod small_image;
 
 mod catalogue;
 mod columns;
+mod ensembles;
 mod errors;
 mod fit;
 mod image_inputs;

@@ -1,12 +1,13 @@
 //! Sheets of the mean density leave no convergence on average; the variance of the shear is Campbell's.
 
 use haloray::config::{Config, HaloProfile, Preset, SheetModel};
-use haloray::diagnostics::Distortion;
+use haloray::diagnostics::{Distortion, EffectiveLineOfSight};
 use haloray::halo::mean_density_sheets;
 use haloray::mapping::multiplane::{LineOfSight, Reference, Sheets};
 use haloray::monitor::Silent;
-use haloray::pipeline::{Selection, end, expectation, mean_convergence, populate};
+use haloray::pipeline::{Selection, Sightlines, end, expectation, mean_convergence, populate};
 use haloray::profile::mass::{MassModel, MassProfile};
+use rayon::prelude::*;
 
 /// The paper's population about a straight axis ray, sheets of the mean density.
 fn config(min_point_shear: f64, change: impl Fn(&mut Config)) -> Config {
@@ -123,4 +124,58 @@ fn the_shear_has_the_variance_of_independent_haloes_within_two_per_cent() {
     for (ratio, error) in shear_variance(&config(1e-6, |_| ()), 2000) {
         assert!((ratio - 1.0).abs() < 0.02_f64.max(3.0 * error), "{ratio} ± {error}");
     }
+}
+
+/// ⟨|γ_LOS|²⟩ over sightlines against Campbell's theorem: mean and standard error over the expectation.
+///
+/// To first order a halo at χ adds w(χ)·γ_h to γ_LOS = γ_od + γ_os − γ_ds, with the kernels χ(χ_d − χ)/χ_d of od,
+/// χ(χ_s − χ)/χ_s of os and (χ − χ_d)(χ_s − χ)/(χ_s − χ_d) of ds over that of os.
+fn los_shear_variance(config: &Config, sightlines: u64) -> (f64, f64) {
+    let all = Sightlines::of(config).unwrap();
+    let z_lens = config.line_of_sight.z_lens;
+    let square = |number: u64| {
+        let haloes = all.draw(number, &Silent).unwrap();
+        let sight = all.line_of_sight(&haloes.catalogue, Selection::All).unwrap();
+        EffectiveLineOfSight::of(&sight, z_lens).unwrap().los.gamma.norm_sqr()
+    };
+    let squares: Vec<f64> = (0..sightlines).into_par_iter().map(square).collect();
+    let single = expectation(config, all.linear(), all.population(), shear_squared).unwrap();
+    let [chi_d, chi_s] =
+        [z_lens, config.line_of_sight.z_source].map(|z| config.cosmology.comoving_distance_mpc(z));
+    let os = |chi: f64| chi * (chi_s - chi) / chi_s;
+    let los = |chi: f64| {
+        if chi < chi_d {
+            chi * (chi_d - chi) / chi_d + os(chi)
+        } else {
+            os(chi) - (chi - chi_d) * (chi_s - chi) / (chi_s - chi_d)
+        }
+    };
+    const STEPS: usize = 4000;
+    let at = |i: usize| chi_s * i as f64 / STEPS as f64;
+    let step = |i: usize| {
+        let middle = 0.5 * (at(i) + at(i + 1));
+        (los(middle) / os(middle)).powi(2) * (single.value(at(i + 1)) - single.value(at(i)))
+    };
+    let expected: f64 = (0..STEPS).map(step).sum();
+    let (mean, error) = mean(&squares);
+    println!(
+        "⟨|γ_LOS|²⟩ expected {expected:.4e}, rms {:.4}; {:.4} ± {:.4} of it in {sightlines} sightlines",
+        expected.sqrt(),
+        mean / expected,
+        error / expected
+    );
+    (mean / expected, error / expected)
+}
+
+#[test]
+fn the_shear_of_the_line_of_sight_has_the_variance_of_independent_haloes() {
+    let (ratio, error) = los_shear_variance(&config(1e-4, |_| ()), 48);
+    assert!((ratio - 1.0).abs() < 3.0 * error && error < 1.0, "{ratio} ± {error}");
+}
+
+#[test]
+#[ignore = "slow: just nightly"]
+fn the_shear_of_ten_thousand_lines_of_sight_has_the_variance_of_independent_haloes() {
+    let (ratio, error) = los_shear_variance(&config(1e-6, |_| ()), 10_000);
+    assert!((ratio - 1.0).abs() < 0.02_f64.max(3.0 * error), "{ratio} ± {error}");
 }

@@ -7,6 +7,7 @@ mod catalogue;
 mod completions;
 mod cut;
 mod distances;
+mod ensemble;
 mod fit;
 mod halo_choices;
 mod image;
@@ -14,6 +15,7 @@ mod images;
 mod interrupt;
 mod lens;
 mod map;
+mod merge;
 mod mock;
 mod output;
 mod populate;
@@ -25,6 +27,7 @@ mod schema;
 mod settings;
 mod sheets;
 mod simulate;
+mod status;
 mod study;
 mod summary;
 mod terminal;
@@ -98,6 +101,9 @@ impl Cli {
 #[derive(Subcommand)]
 enum Command {
     Simulate(simulate::Args),
+    Ensemble(Box<ensemble::Args>),
+    Merge(merge::Args),
+    Status(status::Args),
     Populate(populate::Args),
     Trace(trace::Args),
     Map(map::Args),
@@ -149,6 +155,9 @@ fn run(cli: &mut Cli, bars: &Bars) -> Result<ExitCode> {
     let number = cli.threads.map_or("all cores".into(), |threads| threads.to_string());
     built.map_err(|e| Error::argument("--threads", number, &format!("possible here ({e})")))?;
     match &mut cli.command {
+        Command::Ensemble(args) => ensemble::run(args, bars),
+        Command::Merge(args) => merge::run(args, bars),
+        Command::Status(args) => status::run(args),
         Command::Populate(args) => populate::run(args, bars),
         Command::Trace(args) => trace::run(args, bars),
         Command::Map(args) => map::run(args, bars),

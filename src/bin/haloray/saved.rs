@@ -25,15 +25,20 @@ pub struct StateFile {
     has_failed: bool,
 }
 
+/// `.NAME.haloray-KIND` beside `output`.
+pub fn hidden_beside(output: &Path, kind: &str) -> PathBuf {
+    let name = output.canonicalize().ok().and_then(|full| full.file_name().map(ToOwned::to_owned));
+    let name = name.or_else(|| output.file_name().map(ToOwned::to_owned));
+    let mut hidden = std::ffi::OsString::from(".");
+    hidden.push(name.unwrap_or_else(|| kind.into()));
+    hidden.push(format!(".haloray-{kind}"));
+    output.with_file_name(hidden)
+}
+
 impl StateFile {
     /// `.NAME.haloray-KIND` beside `output`; only the same `command` goes on with it.
     pub fn beside(output: &Path, kind: &str, command: String) -> Self {
-        let name = output.canonicalize().ok().and_then(|full| full.file_name().map(ToOwned::to_owned));
-        let name = name.or_else(|| output.file_name().map(ToOwned::to_owned));
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name.unwrap_or_else(|| kind.into()));
-        hidden.push(format!(".haloray-{kind}"));
-        let path = output.with_file_name(hidden);
+        let path = hidden_beside(output, kind);
         Self { path, command, next_save: Instant::now(), is_behind: false, has_failed: false }
     }
 

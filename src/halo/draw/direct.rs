@@ -36,11 +36,12 @@ pub fn draw_direct(
             let table = population.table(i);
             let envelope = envelope_squared_per_msun(population, &scaling, i);
             let star = radius_squared / envelope;
-            let area = std::f64::consts::PI * radius_squared * table.limited_number_per_cmpc3(star);
+            let masses = table.limited(star);
+            let area = std::f64::consts::PI * radius_squared * masses.number_per_cmpc3();
             let mut slab = DrawnHaloes::default();
             for _ in 0..poisson(&mut rng, area * population.slab_cmpc()) {
                 let chi = population.slab_cmpc() * (i as f64 + rng.random::<f64>());
-                let mass = table.sample_limited_msun(star, rng.random());
+                let mass = masses.sample_msun(rng.random());
                 let drawn_within = radius_squared.min(mass * envelope);
                 let r2 = drawn_within * rng.random::<f64>();
                 if r2 <= mass * population.kept_radius_squared_per_msun(&scaling, chi) {

@@ -13,6 +13,8 @@ use crate::error::{Error, Result};
 
 const FORMAT: [u8; 8] = *b"haloray1";
 const HEADER: usize = 32;
+/// Only the same build continues what another began.
+pub(super) const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), " ", env!("HALORAY_GIT_REVISION"));
 
 /// What is found under the name of a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,10 +66,9 @@ pub fn read_checkpoint<State: DeserializeOwned>(path: &Path, command: &str) -> R
 }
 
 fn header(command: &str, state: &[u8]) -> [[u8; 8]; 4] {
-    let build = concat!(env!("CARGO_PKG_VERSION"), " ", env!("HALORAY_GIT_REVISION"));
     [
         FORMAT,
-        hash(build.as_bytes()).to_le_bytes(),
+        hash(BUILD.as_bytes()).to_le_bytes(),
         hash(command.as_bytes()).to_le_bytes(),
         hash(state).to_le_bytes(),
     ]

@@ -88,6 +88,15 @@ pub(crate) fn write_numbers<T: hdf5::H5Type>(
         .map_err(|error| Error::write(path, format!("dataset {name}: {}", reason(&error))))
 }
 
+/// Creates an empty dataset of single precision, shuffled and deflated, one chunk a layer of its first dimension.
+pub(crate) fn create_layers(path: &Path, group: &Group, name: &str, shape: [usize; 3]) -> Result<Dataset> {
+    refuse_name(path, group, name)?;
+    let [_, ny, nx] = shape;
+    let builder = group.new_dataset_builder().obj_track_times(false).chunk([1, ny, nx]);
+    let builder = builder.shuffle().deflate(DEFLATE_LEVEL).empty::<f32>().shape(shape);
+    builder.create(name).map_err(|error| Error::write(path, format!("dataset {name}: {}", reason(&error))))
+}
+
 /// Names a doubled dataset, since HDF5's own reason is lost when creation fails, and a name that would be a path.
 fn refuse_name(path: &Path, group: &Group, name: &str) -> Result<()> {
     if name.contains('/') || name == "." {

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use hdf5::types::{FixedAscii, VarLenArray};
 use hdf5::{Dataset, Datatype, Group, H5Type, ObjectReference1};
+use ndarray::ArrayView2;
 
 use super::hdf5_objects as objects;
 use crate::error::{Error, Result};
@@ -35,9 +36,21 @@ pub(crate) fn write_dimension(
     length: usize,
     number: i32,
 ) -> Result<()> {
-    let failed = |error: String| Error::write(path, format!("dimension {name}: {error}"));
     let coordinates: Vec<i64> = (0..length as i64).collect();
-    let dataset = objects::write_numbers(path, group, name, &coordinates, &[length])?;
+    write_coordinates(path, group, text16, name, &coordinates, number)
+}
+
+/// A dimension of a group with its coordinates, and its number in the file.
+pub(crate) fn write_coordinates<T: H5Type>(
+    path: &Path,
+    group: &Group,
+    text16: &Datatype,
+    name: &str,
+    coordinates: &[T],
+    number: i32,
+) -> Result<()> {
+    let failed = |error: String| Error::write(path, format!("dimension {name}: {error}"));
+    let dataset = objects::write_numbers(path, group, name, coordinates, &[coordinates.len()])?;
     for (attribute, value) in [("CLASS", "DIMENSION_SCALE"), ("NAME", name)] {
         let value = FixedAscii::<16>::from_ascii(value).map_err(|error| failed(error.to_string()))?;
         let builder = dataset.new_attr_builder().empty_as(text16);
@@ -61,6 +74,43 @@ pub(crate) fn write_variable<T: H5Type>(
 ) -> Result<Dataset> {
     let shape: Vec<usize> = dimensions.iter().map(|(_, length)| *length).collect();
     let dataset = objects::write_numbers(path, group, name, data, &shape)?;
+    attach(path, group, &dataset, name, dimensions)?;
+    Ok(dataset)
+}
+
+/// An empty variable of single precision over three dimensions, a compressed chunk for each layer.
+pub(crate) fn create_stack(
+    path: &Path,
+    group: &Group,
+    name: &str,
+    dimensions: &[(&str, usize); 3],
+) -> Result<Dataset> {
+    let dataset = objects::create_layers(path, group, name, dimensions.map(|(_, length)| length))?;
+    attach(path, group, &dataset, name, dimensions)?;
+    Ok(dataset)
+}
+
+/// Layer `row` of such a variable.
+pub(crate) fn write_layer(
+    path: &Path,
+    dataset: &Dataset,
+    row: usize,
+    pixels: &[f32],
+    [ny, nx]: [usize; 2],
+) -> Result<()> {
+    let failed = |error: String| Error::write(path, format!("layer {row} of {}: {error}", dataset.name()));
+    let layer = ArrayView2::from_shape((ny, nx), pixels).map_err(|error| failed(error.to_string()))?;
+    dataset.write_slice(layer, (row, .., ..)).map_err(|error| failed(error.to_string()))
+}
+
+/// Says over which dimensions of its group a variable is.
+fn attach(
+    path: &Path,
+    group: &Group,
+    dataset: &Dataset,
+    name: &str,
+    dimensions: &[(&str, usize)],
+) -> Result<()> {
     let attach = || {
         let references: hdf5::Result<Vec<VarLenArray<ObjectReference1>>> = dimensions
             .iter()
@@ -74,6 +124,5 @@ pub(crate) fn write_variable<T: H5Type>(
             .create("DIMENSION_LIST")?
             .write_raw(&references?)
     };
-    attach().map_err(|error| Error::write(path, format!("variable {name}: {error}")))?;
-    Ok(dataset)
+    attach().map_err(|error| Error::write(path, format!("variable {name}: {error}")))
 }

@@ -8,11 +8,13 @@ mod image_reading;
 mod image_table;
 mod image_wcs;
 mod lens_model;
+mod lens_table;
 mod mock_table;
 mod observation_file;
 mod posterior_file;
 mod ray_table;
 mod recovery_file;
+mod sightline_file;
 mod simulation_file;
 
 pub use exposure_keywords::ExposureKeywords;
@@ -20,9 +22,13 @@ pub use halo_table::{HALOES_GROUP, SHEET_COLUMN, halo_table, read_haloes, read_l
 pub use image_fits::{ImageFile, PsfKernel};
 pub use image_table::{curve_table, image_table, kind_name};
 pub use lens_model::{LensModelFile, LensOfFile, read_lens_model};
+pub use lens_table::{LENSES_GROUP, TabledLens, read_lenses};
 pub use mock_table::{CATALOGUE_GROUP, TrueShear, catalogue_table, read_truth_table, truth_table};
 pub use observation_file::read_observation;
 pub use posterior_file::{PosteriorVariable, read_posterior, write_posterior};
 pub use ray_table::{Points, RAYS_GROUP, ray_table, read_points};
 pub use recovery_file::{plain_name, read_recovery, recovery_path, write_recovery};
+pub use sightline_file::{
+    SIGHTLINES_GROUP, SavedStacks, SightlineColumn, SightlineTable, StackRows, StackSpec, TIDAL_GROUP,
+};
 pub use simulation_file::{read_curves, write_curves, write_maps, write_simulation};

@@ -177,14 +177,6 @@ impl LineOfSight {
         Ok(self.observer_to_chi(self.distance(z_far)?).behind(&self.axis, self.distance(z_near)?))
     }
 
-    /// ∂²β/∂θ_j∂σ_k of the axis ray, symmetrised, for a change σ of its slope at redshift `z`; per arcsec, as b_ijk.
-    ///
-    /// # Errors
-    /// When z is not between 0 and the source.
-    pub fn mixed_second_derivatives(&self, z: f64) -> Result<[f64; 6]> {
-        Ok(self.observer_to_source().mixed_second_derivatives(self.distance(z)?))
-    }
-
     /// f = χ_s/(χ_s − χ(z)): by how much a reduced deflection at redshift `z` changes the slope.
     ///
     /// # Errors

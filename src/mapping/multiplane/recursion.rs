@@ -14,34 +14,41 @@ use crate::numerics::dispatch::ray_kernel;
 /// Whole cache lines, and no power of two: else arrays lie 4096 bytes apart and their loads wait for one
 /// another's stores (order 2 took 18% longer with 64).
 pub(super) const BLOCK: usize = 48;
+/// Rays of a small block: one takes a fifth of the time of a large one.
+pub(super) const FEW: usize = 8;
 
-pub(super) type Lanes = [f64; BLOCK];
+/// Many rays that travel together.
+pub(super) type RayBlock = RaysTogether<BLOCK>;
+/// A few rays that travel together.
+pub(super) type FewRays = RaysTogether<FEW>;
 
 /// State of a block of rays at comoving distance `chi_cmpc`, its lanes on cache lines.
+#[derive(Clone)]
 #[repr(C, align(64))]
-pub(super) struct RayBlock {
+pub(super) struct RaysTogether<const N: usize> {
     /// Position x (Mpc·arcsec) and slope s (arcsec).
-    pub x: [Lanes; 2],
-    pub s: [Lanes; 2],
-    pub by_theta: Derivatives,
+    pub x: [[f64; N]; 2],
+    pub s: [[f64; N]; 2],
+    pub by_theta: Derivatives<N>,
     pub chi_cmpc: f64,
 }
 
 /// Derivatives of positions and slopes; in one place, so that the compiler sees that its columns do not overlap.
+#[derive(Clone)]
 #[repr(C, align(64))]
-pub(super) struct Derivatives {
+pub(super) struct Derivatives<const N: usize> {
     /// First derivatives (xx, xy, yx, yy).
-    pub dx: [Lanes; 4],
-    pub ds: [Lanes; 4],
+    pub dx: [[f64; N]; 4],
+    pub ds: [[f64; N]; 4],
     /// Second derivatives (xxx, xxy, xyy, yxx, yxy, yyy).
-    pub d2x: [Lanes; 6],
-    pub d2s: [Lanes; 6],
+    pub d2x: [[f64; N]; 6],
+    pub d2s: [[f64; N]; 6],
 }
 
 /// Index pairs (j, k) of the three second derivatives of one component.
 const PAIRS: [(usize, usize); 3] = [(0, 0), (0, 1), (1, 1)];
 
-impl RayBlock {
+impl<const N: usize> RaysTogether<N> {
     /// Rays of direction `theta` leaving the point `x` (Mpc·arcsec) at `chi_cmpc` with slope `s` + θ.
     pub fn start(chi_cmpc: f64, x: [f64; 2], s: [f64; 2], theta: &[[f64; 2]]) -> Self {
         let slope = |i: usize| [s[0] + theta[i][0], s[1] + theta[i][1]];
@@ -58,16 +65,16 @@ impl RayBlock {
     ) -> Self {
         let mut rays = Self {
             chi_cmpc,
-            x: [[0.0; BLOCK]; 2],
-            s: [[0.0; BLOCK]; 2],
+            x: [[0.0; N]; 2],
+            s: [[0.0; N]; 2],
             by_theta: Derivatives {
-                dx: [[0.0; BLOCK]; 4],
-                ds: [[1.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]],
-                d2x: [[0.0; BLOCK]; 6],
-                d2s: [[0.0; BLOCK]; 6],
+                dx: [[0.0; N]; 4],
+                ds: [[1.0; N], [0.0; N], [0.0; N], [1.0; N]],
+                d2x: [[0.0; N]; 6],
+                d2s: [[0.0; N]; 6],
             },
         };
-        for i in 0..BLOCK {
+        for i in 0..N {
             let (x, s) = (x(i.min(used - 1)), s(i.min(used - 1)));
             for c in 0..2 {
                 (rays.x[c][i], rays.s[c][i]) = (x[c], s[c]);
@@ -76,15 +83,25 @@ impl RayBlock {
         rays
     }
 
-    /// From here on derivatives are with respect to what changes from here on.
-    pub fn forget_derivatives(&mut self) {
+    /// From here on derivatives of ray `i` are with respect to what changes from here on.
+    pub fn forget_derivatives(&mut self, i: usize) {
         let Derivatives { dx, ds, d2x, d2s } = &mut self.by_theta;
-        for lanes in dx.iter_mut().chain(ds) {
-            *lanes = [0.0; BLOCK];
-        }
-        for lanes in d2x.iter_mut().chain(d2s) {
-            *lanes = [0.0; BLOCK];
-        }
+        dx.iter_mut().chain(ds).for_each(|lanes| lanes[i] = 0.0);
+        d2x.iter_mut().chain(d2s).for_each(|lanes| lanes[i] = 0.0);
+    }
+
+    /// Ray `i` becomes that of another block at the same distance.
+    pub fn take(&mut self, i: usize, other: &Self) {
+        let pairs = |own: &mut [[f64; N]], others: &[[f64; N]]| {
+            own.iter_mut().zip(others).for_each(|(own, others)| own[i] = others[i]);
+        };
+        pairs(&mut self.x, &other.x);
+        pairs(&mut self.s, &other.s);
+        let (own, others) = (&mut self.by_theta, &other.by_theta);
+        pairs(&mut own.dx, &others.dx);
+        pairs(&mut own.ds, &others.ds);
+        pairs(&mut own.d2x, &others.d2x);
+        pairs(&mut own.d2s, &others.d2s);
     }
 
     /// Carries positions and derivatives to comoving distance `chi_cmpc`.
@@ -126,15 +143,6 @@ impl RayBlock {
         rays
     }
 
-    /// On through halo planes.
-    pub fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
-        match ORDER {
-            0 => trace_positions(self, planes),
-            1 => trace_jacobians(self, planes),
-            _ => trace_second_derivatives(self, planes),
-        }
-    }
-
     /// On to the plane of a lens and through it, ray by ray.
     pub fn through_lens<const ORDER: usize>(&mut self, lens: &LensPlane, used: usize) {
         self.advance::<ORDER>(lens.chi_cmpc);
@@ -152,7 +160,25 @@ impl RayBlock {
     }
 }
 
-impl Derivatives {
+impl RayBlock {
+    /// On through halo planes.
+    pub fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
+        match ORDER {
+            0 => trace_positions(self, planes),
+            1 => trace_jacobians(self, planes),
+            _ => trace_second_derivatives(self, planes),
+        }
+    }
+}
+
+impl FewRays {
+    /// On through halo planes, with second derivatives.
+    pub fn through(&mut self, planes: &[Plane]) {
+        trace_few(self, planes);
+    }
+}
+
+impl<const N: usize> Derivatives<N> {
     /// S and S₂ of ray `i` after a plane with f·H = (xx, xy, yy) and f·T = (xxx, xxy, xyy, yyy).
     #[allow(clippy::needless_range_loop, reason = "tensor indices")]
     #[inline(always)]
@@ -181,31 +207,32 @@ impl Derivatives {
 }
 
 #[inline(always)]
-fn drift<const N: usize>(x: &mut [Lanes; N], s: &[Lanes; N], step: f64) {
+fn drift<const N: usize, const C: usize>(x: &mut [[f64; N]; C], s: &[[f64; N]; C], step: f64) {
     for (x, s) in x.iter_mut().zip(s) {
-        for i in 0..BLOCK {
+        for i in 0..N {
             x[i] += step * s[i];
         }
     }
 }
 
 #[inline(always)]
-fn trace<const ORDER: usize>(rays: &mut RayBlock, planes: &[Plane]) {
+fn trace<const ORDER: usize, const N: usize>(rays: &mut RaysTogether<N>, planes: &[Plane]) {
     for plane in planes {
         rays.advance::<ORDER>(plane.chi_cmpc);
-        let RayBlock { x, s, by_theta, .. } = &mut *rays;
-        plane.kick::<ORDER, BLOCK>(x, plane.inv_chi, Slopes::<ORDER> { s, by_theta, inv_chi: plane.inv_chi });
+        let RaysTogether { x, s, by_theta, .. } = &mut *rays;
+        let slopes = Slopes::<ORDER, N> { s, by_theta, inv_chi: plane.inv_chi };
+        plane.kick::<ORDER, N>(x, plane.inv_chi, slopes);
     }
 }
 
 /// What a plane changes of a block of rays.
-struct Slopes<'a, const ORDER: usize> {
-    s: &'a mut [Lanes; 2],
-    by_theta: &'a mut Derivatives,
+struct Slopes<'a, const ORDER: usize, const N: usize> {
+    s: &'a mut [[f64; N]; 2],
+    by_theta: &'a mut Derivatives<N>,
     inv_chi: f64,
 }
 
-impl<const ORDER: usize> Kicked for Slopes<'_, ORDER> {
+impl<const ORDER: usize, const N: usize> Kicked for Slopes<'_, ORDER, N> {
     #[inline(always)]
     fn distort(&mut self, i: usize, h: [f64; 3], t: [f64; 4]) {
         self.by_theta.kick::<ORDER>(i, h, t, self.inv_chi);
@@ -220,18 +247,24 @@ impl<const ORDER: usize> Kicked for Slopes<'_, ORDER> {
 
 ray_kernel! {
     fn trace_positions(rays: &mut RayBlock, planes: &[Plane]) {
-        trace::<0>(rays, planes);
+        trace::<0, BLOCK>(rays, planes);
     }
 }
 
 ray_kernel! {
     fn trace_jacobians(rays: &mut RayBlock, planes: &[Plane]) {
-        trace::<1>(rays, planes);
+        trace::<1, BLOCK>(rays, planes);
     }
 }
 
 ray_kernel! {
     fn trace_second_derivatives(rays: &mut RayBlock, planes: &[Plane]) {
-        trace::<2>(rays, planes);
+        trace::<2, BLOCK>(rays, planes);
+    }
+}
+
+ray_kernel! {
+    fn trace_few(rays: &mut FewRays, planes: &[Plane]) {
+        trace::<2, FEW>(rays, planes);
     }
 }

@@ -71,32 +71,6 @@ impl Segment {
         planes.split_at(self.lens.as_ref().map_or(planes.len(), |(before, _)| *before))
     }
 
-    /// Mixed second derivatives ∂²β/∂θ_j∂σ_k of the axis ray, symmetrised in j and k, where σ is a change of its slope
-    /// at `chi_kick`: what a deflection there does to the distortion behind it. Same order as b_ijk, per arcsec.
-    ///
-    /// With rays θ = p, σ = p the second derivative is b_θθ + 2b_θσ + b_σσ; the other two are known.
-    pub(super) fn mixed_second_derivatives(&self, chi_kick: f64) -> [f64; 6] {
-        let planes = self.planes();
-        let (nearer, farther) = planes.split_at(planes.partition_point(|p| p.chi_cmpc < chi_kick));
-        let trace = |kicked_before: bool, kick: bool| -> [f64; 6] {
-            let mut rays = self.start(&[[0.0; 2]]);
-            rays.through::<2>(nearer);
-            rays.advance::<2>(chi_kick);
-            if !kicked_before {
-                rays.forget_derivatives();
-            }
-            if kick {
-                rays.by_theta.ds[0][0] += 1.0;
-                rays.by_theta.ds[3][0] += 1.0;
-            }
-            rays.through::<2>(farther);
-            rays.advance::<2>(self.span.chi_end_cmpc);
-            std::array::from_fn(|c| rays.by_theta.d2x[c][0] / self.span.length_cmpc())
-        };
-        let (both, theta, sigma) = (trace(true, true), trace(true, false), trace(false, true));
-        std::array::from_fn(|c| 0.5 * (both[c] - theta[c] - sigma[c]))
-    }
-
     fn start(&self, theta: &[[f64; 2]]) -> RayBlock {
         RayBlock::start(self.span.chi_start_cmpc, self.span.x_start, self.span.s_start, theta)
     }

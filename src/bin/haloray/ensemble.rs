@@ -1,0 +1,143 @@
+//! `haloray ensemble`: many sightlines into one table, in parts and with interruptions if need be.
+
+use std::path::{Path, PathBuf};
+
+use haloray::ensemble::{
+    EnsembleStatistics, Level, Plan, Shard, SightlineStore, StoredStacks, assemble, run as compute, stacks_of,
+};
+use haloray::inference::model::ModelDescription;
+use haloray::io::read_lenses;
+use haloray::mapping::tidal::LineOfSightKind;
+use haloray::report::{SIGHTLINES_FILE, write_ensemble};
+use haloray::{Error, Result};
+
+use crate::bars::Bars;
+use crate::output::{begin, commit, print_files};
+use crate::saved::hidden_beside;
+use crate::settings::{Settings, Tracing, check_draws, provenance, psf};
+use crate::terminal::{print, warn};
+
+/// Many sightlines of a configuration, or of a table of lenses, into one table with statistics and figures.
+///
+/// Sightline K is that of `haloray simulate --sightline K` to the last bit, whatever is computed beside it: alone, in any
+/// shard, on any number of threads. DIR/sightlines.h5 has one row a sightline (`xarray.open_dataset(…,
+/// group="sightlines")`), summary.json means, quantiles and covariances, figures/ distributions. What has ended is kept:
+/// the same command goes on where it was stopped and ends with the same bytes.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  haloray ensemble -n 10000 -o ensemble\n  \
+                  haloray ensemble --preset consistent -n 1000 --level images -o images\n  \
+                  haloray ensemble -n 200 --lenses lenses.csv -o lenses        # 200 of each lens\n  \
+                  haloray ensemble -n 10000 --shard 2/8 -o parts/2             # then: haloray merge parts -o ensemble\n  \
+                  haloray ensemble -n 1 --first 123 -o one                     # sightline 123 alone")]
+pub struct Args {
+    #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
+    tracing: Tracing,
+    /// Sightlines, of each lens where there is a table of lenses.
+    #[arg(long, short, value_name = "N", required_unless_present = "sightline")]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..1 << 40))]
+    number: Option<u64>,
+    /// Table of lenses: columns z_lens, z_source, optionally einstein_radius_arcsec and name.
+    #[arg(long, value_name = "FILE")]
+    lenses: Option<PathBuf>,
+    /// How much is computed: scalars; also maps; both images; fits of the image through all haloes.
+    #[arg(long, value_name = "scalars|maps|images|fits", default_value_t = Level::Scalars)]
+    level: Level,
+    /// The built-in model of the fits.
+    #[arg(long, value_name = "NAME", default_value = "tidal-minimal")]
+    model: String,
+    /// Number of the first sightline.
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..1 << 40))]
+    first: u64,
+    /// Sightline K alone, as it stands in every ensemble of more than K of them.
+    #[arg(long, value_name = "K", conflicts_with_all = ["number", "first", "shard"])]
+    #[arg(value_parser = clap::value_parser!(u64).range(..1 << 40))]
+    sightline: Option<u64>,
+    /// Part I of K of the ensemble; `haloray merge` puts the parts together.
+    #[arg(long, value_name = "I/K", default_value_t = Shard::WHOLE)]
+    shard: Shard,
+    /// Folder for the results; made if missing, files of an earlier run are replaced.
+    #[arg(long, short, value_name = "DIR")]
+    output: PathBuf,
+}
+
+pub fn run(args: &Args, bars: &Bars) -> Result<()> {
+    let mut config = args.settings.resolve()?;
+    args.tracing.apply(&mut config);
+    check_draws(&config, "an ensemble")?;
+    let description = ModelDescription::built_in(&args.model)?;
+    if args.level == Level::Fits && description.line_of_sight.model == LineOfSightKind::Haloes {
+        return Err(Error::argument("--model", &args.model, "one with gamma1_los and gamma2_los"));
+    }
+    let lenses = args.lenses.as_deref().map(read_lenses).transpose()?.unwrap_or_default();
+    let (first, number) = match args.sightline {
+        Some(sightline) => (sightline, 1),
+        None => (args.first, args.number.unwrap_or(1) * lenses.len().max(1) as u64),
+    };
+    let (level, model) = (args.level, args.model.clone());
+    let plan = Plan { config, lenses, level, model, first, number };
+    for lens in 0..plan.lenses.len() {
+        plan.config_of(lens)?;
+    }
+    let numbers = args.shard.numbers(&plan.numbers());
+    if numbers.is_empty() {
+        let allowed = format!("at most as many shards as sightlines ({number})");
+        return Err(Error::argument("--shard", args.shard.to_string(), &allowed));
+    }
+    let (psf, provenance) = (psf(&plan.config)?, provenance(&plan.config, 0)?);
+    let staging = begin(&args.output, &[SIGHTLINES_FILE, "summary.json", "config.toml"], bars)?;
+    let path = store_beside(&args.output);
+    bars.keeps("the sightlines that have ended", &path);
+    let (store, replaced) =
+        SightlineStore::open(&path, &plan.identity(&provenance.config_toml), numbers.clone())?;
+    if let Some(why) = replaced {
+        warn(format_args!("{}: the saved state is {why}; the work begins anew", path.display()));
+    }
+    compute(&plan, numbers.clone(), &psf, &store, bars)?;
+    let stacks = stacks_of(&plan.config, plan.level);
+    let statistics = bars.stage("files and figures", || {
+        let table = assemble(&plan, numbers, &provenance, &store)?;
+        write_ensemble(&table, &stacks, &StoredStacks { store: &store, specs: &stacks }, &staging)
+    })?;
+    let files = commit(staging)?;
+    store.remove();
+    tell(&statistics, &files, bars);
+    Ok(())
+}
+
+/// Where the sightlines of an unfinished ensemble are kept.
+pub fn store_beside(output: &Path) -> PathBuf {
+    hidden_beside(output, "ensemble")
+}
+
+/// What an ensemble amounts to, in a few lines.
+pub fn tell(statistics: &EnsembleStatistics, files: &[PathBuf], bars: &Bars) {
+    for (number, reason) in &statistics.failures {
+        warn(format_args!("sightline {number} failed: {reason}"));
+    }
+    if !bars.is_quiet() {
+        let with_error = |[value, error]: [f64; 2]| match error.is_finite() {
+            true => format!("{value:.4} ± {error:.4}"),
+            false => format!("{value:.4}"),
+        };
+        print(&format!(
+            "sightlines {}, failed {}\nrms |γ_LOS|  axis {}   ring {}\n",
+            statistics.number_of_sightlines,
+            statistics.number_failed,
+            with_error(statistics.rms_gamma_los),
+            with_error(statistics.rms_gamma_los_ring)
+        ));
+        let line = |name: &str| -> Option<String> {
+            let column = statistics.columns.get(name)?;
+            let of = |key: &str| column[key].as_f64();
+            let quantile = |i: usize| column["quantiles"][i].as_f64();
+            let (low, median, high) = (quantile(1)?, quantile(2)?, quantile(3)?);
+            let mean = of("mean")?;
+            Some(format!("{name:<18} mean {mean:>9.4}   16%, 50%, 84%: {low:.4}, {median:.4}, {high:.4}\n"))
+        };
+        let names = ["number_of_haloes", "kappa_los", "delta_tot", "delta_tot_ring", "largest_kappa_h"];
+        print(&names.iter().filter_map(|name| line(name)).collect::<String>());
+    }
+    print_files(files, bars);
+}
