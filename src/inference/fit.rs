@@ -124,13 +124,13 @@ impl Fit {
         store: &mut dyn FitStore,
         monitor: &dyn Monitor,
     ) -> Result<Self> {
-        let (start, evaluations) = state.start(&mut likelihood, &settings, store, monitor)?;
+        let start = state.start(&mut likelihood, &settings, store, monitor)?;
         let quantities = |z: &[f64]| quantities(likelihood.model(), z);
         let task = monitor.task("sampling", None);
         let (run, status) = loop {
             match &mut state.run {
                 None => {
-                    let starts = [start.latent.clone()];
+                    let starts = state.starts(&likelihood, &start, monitor)?;
                     let problem =
                         Problem { likelihood: &likelihood, starts: &starts, metric: Some(&start.metric) };
                     let run = SamplerRun::start(&settings.sampler, settings.seed, &problem, monitor)?;
@@ -147,7 +147,7 @@ impl Fit {
             }
             store.save(state)?;
         };
-        Self::summarise(likelihood, settings, (start, evaluations), &run, status, monitor)
+        Self::summarise(likelihood, settings, (start, state.evaluations()), &run, status, monitor)
     }
 
     fn summarise(

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::fit_settings::FitSettings;
-use super::likelihood::{Counter, ImageLikelihood, LatentLikelihood};
+use super::likelihood::{Counter, ImageLikelihood, LatentLikelihood, Mode};
 use super::optimise::{Maximum, StartSearch, no_model, to_the_top};
 use super::run::SamplerRun;
 use crate::error::Result;
@@ -92,15 +92,15 @@ impl FitState {
             && self.run.as_ref().is_none_or(run_fits)
     }
 
-    /// The start of the sampler with the evaluations that it took; `likelihood` is then refined. What has been done before
-    /// is not done again, but for the refinements, which follow from the maxima.
+    /// The start of the sampler; `likelihood` is then refined. What has been done before is not done again, but for the
+    /// refinements, which follow from the maxima.
     pub(super) fn start(
         &mut self,
         likelihood: &mut ImageLikelihood,
         settings: &FitSettings,
         store: &mut dyn FitStore,
         monitor: &dyn Monitor,
-    ) -> Result<(Maximum, u64)> {
+    ) -> Result<Maximum> {
         if self.maxima.is_empty() {
             while !self.search.is_done(likelihood) {
                 self.search.advance(likelihood, settings.seed, monitor)?;
@@ -112,7 +112,10 @@ impl FitState {
         for refined in 1..=refinements(likelihood, settings.pixel_sampling) {
             monitor.check()?;
             let how = (settings.pixel_sampling, settings.seed);
-            likelihood.refine(&start.latent, &start.metric, how, monitor)?;
+            let others = self.modes_beside(likelihood, &start);
+            let others: Vec<Mode> =
+                others.iter().map(|mode| (mode.latent.as_slice(), &mode.metric)).collect();
+            likelihood.refine((&start.latent, &start.metric), &others, how, monitor)?;
             if self.maxima.len() <= refined {
                 let counter = Counter::new(monitor);
                 let top = to_the_top(&counter.watch(likelihood), start.latent);
@@ -122,6 +125,37 @@ impl FitState {
             }
             start = self.maxima[refined].clone();
         }
-        Ok((start, self.search.evaluations() + self.evaluations))
+        Ok(start)
+    }
+
+    /// Other modes nearly as high as the start, which chains should reach too; none where rays through haloes are expanded about
+    /// the start.
+    fn modes_beside(&self, likelihood: &ImageLikelihood, start: &Maximum) -> Vec<Maximum> {
+        match likelihood.model().haloes() {
+            Some(_) => vec![],
+            None => self.search.modes_beside(start),
+        }
+    }
+
+    /// Where chains are to start: the start, and the tops of the other modes of the refined likelihood.
+    pub(super) fn starts(
+        &mut self,
+        likelihood: &ImageLikelihood,
+        start: &Maximum,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Vec<f64>>> {
+        let mut starts = vec![start.latent.clone()];
+        for mode in self.modes_beside(likelihood, start) {
+            let counter = Counter::new(monitor);
+            let top = to_the_top(&counter.watch(likelihood), mode.latent);
+            self.evaluations += counter.evaluations()?;
+            starts.extend(top.filter(|top| top.is_apart_from(start)).map(|top| top.latent));
+        }
+        Ok(starts)
+    }
+
+    /// Evaluations of the likelihood before sampling.
+    pub(super) fn evaluations(&self) -> u64 {
+        self.search.evaluations() + self.evaluations
     }
 }

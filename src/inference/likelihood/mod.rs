@@ -14,3 +14,4 @@ pub use image::{ImageLikelihood, ModelImage};
 pub(crate) use latent::known;
 pub use latent::{Curvature, LatentLikelihood, NoCurvature};
 pub use observation::Observation;
+pub(in crate::inference) use refine::Mode;

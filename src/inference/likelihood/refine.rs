@@ -12,24 +12,27 @@ use crate::inference::model::Mesh;
 use crate::monitor::Monitor;
 use crate::numerics::random::{Stage, stream};
 
+/// A maximum of the posterior: latent coordinates, and the metric there.
+pub(in crate::inference) type Mode<'a> = (&'a [f64], &'a DMatrix<f64>);
+
 impl ImageLikelihood {
-    /// Makes ready to sample around a start: a finer mesh where pixels are integrated, and rays through haloes expanded about
-    /// the deflections of the start.
+    /// Makes ready to sample around a start and other modes: a finer mesh where pixels are integrated, and rays through haloes
+    /// expanded about the deflections of the start.
     ///
     /// # Errors
     /// A metric that is not positive definite; when cancelled.
     pub(in crate::inference) fn refine(
         &mut self,
-        start: &[f64],
-        metric: &DMatrix<f64>,
+        start: Mode,
+        others: &[Mode],
         (sampling, seed): (PixelSampling, u64),
         monitor: &dyn Monitor,
     ) -> Result<()> {
         if sampling == PixelSampling::Adaptive {
-            self.refine_mesh(start, metric, seed, monitor)?;
+            self.refine_mesh(start, others, seed, monitor)?;
             self.model.carry(&mut self.mesh, monitor)?;
         }
-        let expansion = self.model.evaluate(&self.model.at_latent(start).0)?.expand(&self.mesh, monitor)?;
+        let expansion = self.model.evaluate(&self.model.at_latent(start.0).0)?.expand(&self.mesh, monitor)?;
         self.mesh.rays.haloes = expansion;
         Ok(())
     }
@@ -42,34 +45,31 @@ impl ImageLikelihood {
         self.model.evaluate(free)?.expansion_error_arcsec(&self.mesh, monitor)
     }
 
-    /// Samples the pixels anew, so that every one is integrated to 1% of its noise at the start and at models scattered around
-    /// it as its metric says.
+    /// Samples the pixels anew, so that every one is integrated to 1% of its noise at the start and the other modes, and at models
+    /// scattered around them as their metrics say.
     ///
     /// # Errors
     /// A metric that is not positive definite.
-    fn refine_mesh(
-        &mut self,
-        start: &[f64],
-        metric: &DMatrix<f64>,
-        seed: u64,
-        monitor: &dyn Monitor,
-    ) -> Result<()> {
+    fn refine_mesh(&mut self, start: Mode, others: &[Mode], seed: u64, monitor: &dyn Monitor) -> Result<()> {
         const TOLERANCE_OF_NOISE: f64 = 0.01;
         const MODELS: usize = 4;
         let indefinite =
             || Error::out_of_range("the Fisher matrix at the start", "indefinite", "positive definite");
-        let factor = metric.clone().cholesky().ok_or_else(indefinite)?;
         let mut rng = stream(seed, 0, Stage::Mesh, 0);
         let mut models = Vec::new();
-        for i in 0..MODELS {
-            let normal = DVector::from_fn(start.len(), |_, _| StandardNormal.sample(&mut rng));
-            let scatter = factor.l().tr_solve_lower_triangular(&normal).ok_or_else(indefinite)?;
-            let spread = if i == 0 { 0.0 } else { 1.5 };
-            let latent: Vec<f64> = start.iter().zip(scatter.iter()).map(|(z, s)| z + spread * s).collect();
-            let free = self.model.at_latent(&latent).0;
-            models.extend(self.fit(&free, By::Nothing).map(|(_, _, fit)| (free, fit.amplitudes)));
+        for (latent, metric) in std::iter::once(&start).chain(others) {
+            let factor = (*metric).clone().cholesky().ok_or_else(indefinite)?;
+            for i in 0..MODELS {
+                let normal = DVector::from_fn(latent.len(), |_, _| StandardNormal.sample(&mut rng));
+                let scatter = factor.l().tr_solve_lower_triangular(&normal).ok_or_else(indefinite)?;
+                let spread = if i == 0 { 0.0 } else { 1.5 };
+                let scattered: Vec<f64> =
+                    latent.iter().zip(scatter.iter()).map(|(z, s)| z + spread * s).collect();
+                let free = self.model.at_latent(&scattered).0;
+                models.extend(self.fit(&free, By::Nothing).map(|(_, _, fit)| (free, fit.amplitudes)));
+            }
         }
-        let image = self.image(&self.model.at_latent(start).0);
+        let image = self.image(&self.model.at_latent(start.0).0);
         let image = image.ok_or_else(|| {
             Error::out_of_range("the start", "without an image", "a model that can be evaluated")
         })?;

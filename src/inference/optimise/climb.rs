@@ -22,6 +22,14 @@ impl Maximum {
     pub(in crate::inference) fn fits(&self, dimension: usize) -> bool {
         self.latent.len() == dimension && self.metric.shape() == (dimension, dimension)
     }
+
+    /// Whether each lies far outside the normal posterior about the other.
+    pub(in crate::inference) fn is_apart_from(&self, other: &Self) -> bool {
+        /// Standard deviations.
+        const FAR: f64 = 6.0;
+        let apart = DVector::from_column_slice(&self.latent) - DVector::from_column_slice(&other.latent);
+        [&self.metric, &other.metric].iter().all(|metric| (*metric * &apart).dot(&apart) > FAR * FAR)
+    }
 }
 
 /// Levenberg–Marquardt to its end, and along the valley to the maximum; `None` where `latent` has no likelihood.

@@ -70,6 +70,12 @@ impl Axes {
         &self.origin + &self.slow * s + &self.stiff * t
     }
 
+    /// s and t of z.
+    pub fn coordinates(&self, z: &[f64]) -> [DVector<f64>; 2] {
+        let from_origin = DVector::from_column_slice(z) - &self.origin;
+        [self.slow.tr_mul(&from_origin), self.stiff.tr_mul(&from_origin)]
+    }
+
     /// The maximum over t at s, sought from `guess`; `None` where it is not reached with `most` curvatures.
     pub fn maximum(
         &self,

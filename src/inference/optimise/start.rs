@@ -69,6 +69,18 @@ impl StartSearch {
         self.finals.iter().take_while(move |maximum| maximum.log_posterior > least)
     }
 
+    /// Those of them that are modes of their own beside `start`: so far from it and from each other that normal posteriors about
+    /// them do not meet.
+    pub(in crate::inference) fn modes_beside(&self, start: &Maximum) -> Vec<Maximum> {
+        let mut modes = vec![start.clone()];
+        for maximum in self.high() {
+            if modes.iter().all(|mode| mode.is_apart_from(maximum)) {
+                modes.push(maximum.clone());
+            }
+        }
+        modes.split_off(1)
+    }
+
     /// Evaluations of the likelihoods so far, the simpler model's too.
     pub fn evaluations(&self) -> u64 {
         self.evaluations + self.simpler.as_ref().map_or(0, |simpler| simpler.evaluations())

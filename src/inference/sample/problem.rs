@@ -13,7 +13,7 @@ use crate::inference::likelihood::LatentLikelihood;
 pub struct Problem<'a> {
     /// The likelihood over latent coordinates.
     pub likelihood: &'a dyn LatentLikelihood,
-    /// Points in z with a finite likelihood; chains start around them in turn, those of the valley sampler at the first.
+    /// Points in z with a finite likelihood, one in each mode that is known, the highest first; chains start around them in turn.
     /// Nested sampling needs none.
     pub starts: &'a [Vec<f64>],
     /// Symmetric positive-definite curvature −∂²ln p/∂z² around the mode (Fisher matrix + 1), where known.

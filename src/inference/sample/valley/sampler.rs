@@ -64,31 +64,44 @@ impl Valley {
             Error::out_of_range(what, "without a maximum nearby", "positive definite around a maximum")
         };
         let mut rng = stream(seed, settings.chains as u64, Stage::Sampling, 0);
-        Self::about(settings, likelihood, start, &mut rng).ok_or_else(nowhere)
+        Self::about(settings, likelihood, (start, &problem.starts[1..]), &mut rng).ok_or_else(nowhere)
     }
 
-    /// Before warm-up, all chains at the conditional maximum nearest to `start`; `None` where the posterior has none nearby.
+    /// Before warm-up, the chains in turn at the conditional maximum nearest to `start` and at those nearest to the other modes;
+    /// `None` where the posterior has none near `start`.
     fn about(
         settings: ValleySettings,
         likelihood: &dyn LatentLikelihood,
-        start: &[f64],
+        (start, modes): (&[f64], &[Vec<f64>]),
         rng: &mut ChaCha8Rng,
     ) -> Option<Self> {
         let Curvature { metric, .. } = likelihood.curvature(start).ok()?;
         let axes = Axes::split(start, &metric, widest(settings.slow_width, &metric));
         let (axes, maximum) = slow_directions(likelihood, axes, rng)?;
         let slow = axes.slow_dimension();
-        let known = first_maxima(likelihood, &axes, &maximum)?;
+        let mut known = first_maxima(likelihood, &axes, DVector::zeros(slow), &maximum)?;
+        // Each with its number among the known.
+        let mut tops = vec![(0, DVector::zeros(slow), maximum.clone())];
+        for mode in modes.iter().filter(|mode| mode.len() == start.len()) {
+            let [s, t] = axes.coordinates(mode);
+            let Some(top) = axes.maximum(likelihood, &s, t, MOST_CURVATURES) else { continue };
+            let Some(around) = first_maxima(likelihood, &axes, s.clone(), &top) else { continue };
+            tops.push((known.len(), s, top));
+            known.extend(around);
+        }
         let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&maximum)?, known)?;
         let importance = ImportanceDraws::normal(8);
-        let positions: Vec<Position> = (0..settings.chains)
-            .map(|_| Position::draw(likelihood, &axes, DVector::zeros(slow), &maximum, importance, rng).0)
-            .collect();
+        let (positions, standing): (Vec<Position>, Vec<usize>) = (0..settings.chains)
+            .map(|chain| {
+                let (number, s, top) = &tops[chain % tops.len()];
+                (Position::draw(likelihood, &axes, s.clone(), top, importance, rng).0, *number)
+            })
+            .unzip();
         positions.iter().all(|position| position.log_weight().is_finite()).then(|| Self {
             settings,
             proposals: Proposals { axes, surrogate, density: None, importance, pace: Pace::Learning },
             positions,
-            standing: vec![0; settings.chains],
+            standing,
             visited: vec![],
             spreads: vec![],
             began: 0,
@@ -114,7 +127,7 @@ impl Valley {
         let z = self.proposals.axes.at(&highest.s, &highest.stiff);
         let top = to_the_top(likelihood, z.as_slice().to_vec())?;
         let mut rng = stream(seed, self.positions.len() as u64, Stage::Sampling, block);
-        let begun = Self::about(self.settings, likelihood, &top.latent, &mut rng)?;
+        let begun = Self::about(self.settings, likelihood, (&top.latent, &[]), &mut rng)?;
         Some(Self { began: block, ..begun })
     }
 
@@ -217,18 +230,20 @@ fn widths(maximum: &ConditionalMaximum) -> Option<DMatrix<f64>> {
     Some(maximum.metric.clone().cholesky()?.inverse().cholesky()?.l())
 }
 
-/// The conditional maxima at the origin and a deviation away to both sides along each column of F.
+/// The conditional maximum at `middle` and those a deviation away to both sides along each column of F.
 fn first_maxima(
     likelihood: &dyn LatentLikelihood,
     axes: &Axes,
-    origin: &ConditionalMaximum,
+    middle: DVector<f64>,
+    top: &ConditionalMaximum,
 ) -> Option<Vec<KnownMaximum>> {
-    let factor = widths(origin)?;
-    let mut known = vec![KnownMaximum::new(DVector::zeros(factor.ncols()), origin)];
+    let factor = widths(top)?;
+    let mut known = vec![KnownMaximum::new(middle.clone(), top)];
     for column in factor.column_iter() {
         for side in [-1.0, 1.0] {
-            let s = column * side;
-            let guess = &origin.stiff + &origin.bend * &s;
+            let step = column * side;
+            let guess = &top.stiff + &top.bend * &step;
+            let s = &middle + step;
             let maximum = axes.maximum(likelihood, &s, guess, MOST_CURVATURES);
             known.extend(maximum.map(|maximum| KnownMaximum::new(s, &maximum)));
         }
@@ -280,6 +295,50 @@ mod tests {
         (4..=20).for_each(|block| valley.advance(&MEASURED, 1, block, &mut chains));
         let draws = chains.coordinate(0).concat();
         assert!(draws.len() > 400 && draws.iter().all(|z| (z - 1.98).abs() < 0.6));
+    }
+
+    /// ln of the share of each of two round modes, 20 and 30 of their deviations apart, in the posterior density.
+    fn shares(z: &[f64]) -> [f64; 2] {
+        [(0.7_f64, 1.0, 0.1), (0.3, -1.0, 0.07)].map(|(share, x, deviation): (f64, f64, f64)| {
+            let squared = (z[0] - x).powi(2) + z[1] * z[1];
+            share.ln() - 2.0 * deviation.ln() - 0.5 * squared / (deviation * deviation)
+        })
+    }
+
+    const TWO_MODES: Known = Known {
+        dimension: 2,
+        log_likelihood: |z| {
+            let [a, b] = shares(z);
+            a.max(b) + (-(a - b).abs()).exp().ln_1p() + 0.5 * (z[0] * z[0] + z[1] * z[1])
+        },
+        slope_and_metric: |z| {
+            let [a, b] = shares(z);
+            let (x, deviation) = if a > b { (1.0, 0.1_f64) } else { (-1.0, 0.07) };
+            let precision = deviation.powi(-2);
+            (
+                DVector::from_vec(vec![(x - z[0]) * precision, -z[1] * precision]),
+                DMatrix::identity(2, 2) * precision,
+            )
+        },
+    };
+
+    #[test]
+    fn modes_that_are_known_are_visited_as_often_as_they_weigh() {
+        let share_of_second = |starts: &[Vec<f64>]| {
+            let problem = Problem { likelihood: &TWO_MODES, starts, metric: None };
+            let mut valley = Valley::start(ValleySettings::default(), 3, &problem).unwrap();
+            let mut chains = Chains::new(2, 4, 1);
+            (1..=40).for_each(|block| valley.advance(&TWO_MODES, 3, block, &mut chains));
+            let by_chain = chains.coordinate(0);
+            let draws = by_chain.concat();
+            let crossed = by_chain
+                .iter()
+                .filter(|chain| chain.iter().any(|z| *z < 0.0) && chain.iter().any(|z| *z > 0.0));
+            (draws.iter().filter(|z| **z < 0.0).count() as f64 / draws.len() as f64, crossed.count())
+        };
+        assert_eq!(share_of_second(&[vec![1.0, 0.0]]), (0.0, 0));
+        let (share, crossed) = share_of_second(&[vec![1.0, 0.0], vec![-1.0, 0.0]]);
+        assert!((share - 0.3).abs() < 0.05 && crossed == 4, "{share} {crossed}");
     }
 
     #[test]
