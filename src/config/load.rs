@@ -70,8 +70,11 @@ pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
     Ok(config)
 }
 
-/// The configuration, or what is wrong with the user's text and where.
-fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
+/// As [`load`], of a text; `path` is what errors call it.
+///
+/// # Errors
+/// As [`load`], but for reading.
+pub fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
     let unreadable = |error: toml::de::Error| Error::Toml {
         path: path.into(),
         at: error.span().and_then(|span| line_and_column(text, span.start)),

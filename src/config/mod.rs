@@ -5,7 +5,7 @@ mod load;
 mod schema;
 
 pub use haloes::{Draw, HALO_MASS_DEFINITION, HaloConfig, HaloProfile};
-pub use load::{Preset, load};
+pub use load::{Preset, load, resolve};
 pub use schema::{
     Config, DiagnosticsConfig, HaloEffects, ImageConfig, LensConfig, LightConfig, LineOfSightConfig,
     SheetModel, json_schema,
