@@ -100,7 +100,7 @@ def as_json(name: str, mapping: Mapping[str, Any]) -> str:
 
 
 def _of_toml(toml: str) -> Config:
-    return Config.of_text("paper", toml)
+    return Config.of_complete_text(toml)
 
 
 copyreg.pickle(Config, lambda config: (_of_toml, (config.toml,)))  # type: ignore[arg-type]

@@ -20,11 +20,7 @@ pub fn numbers<'a>(py: Python<'_>, name: &str, column: &'a Column<'_>) -> PyResu
 }
 
 /// The coordinates of points: as many x as y, all finite.
-pub fn points<'a>(
-    py: Python<'_>,
-    names: [&str; 2],
-    [x, y]: [&'a Column<'_>; 2],
-) -> PyResult<[&'a [f64]; 2]> {
+pub fn points<'a>(py: Python<'_>, names: [&str; 2], [x, y]: [&'a Column<'_>; 2]) -> PyResult<[&'a [f64]; 2]> {
     let [x, y] = [numbers(py, names[0], x)?, numbers(py, names[1], y)?];
     if x.len() != y.len() {
         let allowed = format!("that of {} ({})", names[0], x.len());

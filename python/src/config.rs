@@ -47,6 +47,15 @@ impl Config {
         Self::of_text(py, preset_name, &text)
     }
 
+    /// A text that holds every key, such as `toml`.
+    #[staticmethod]
+    fn of_complete_text(py: Python<'_>, text: &str) -> PyResult<Self> {
+        let config: config::Config =
+            toml::from_str(text).map_err(|why| input(py, UNNAMED, why, "complete"))?;
+        config.validate().or_raise(py)?;
+        Ok(Self(config))
+    }
+
     /// The same with another seed, draw or accuracy.
     #[pyo3(signature = (seed=None, draw=None, accuracy_arcsec=None))]
     fn with_options(

@@ -14,7 +14,10 @@ pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
     }
     let built = (|| -> PyResult<Bound<'_, PyAny>> {
         let own = class(py, error)?.call1((error.to_string(),))?;
-        own.setattr("hint", error.hint())?;
+        // The hint of a number outside its domain is about the command's configuration.
+        if !matches!(error, Error::OutOfRange { .. } | Error::Argument { .. }) {
+            own.setattr("hint", error.hint())?;
+        }
         if let Error::Read { path, source } | Error::OutputPlace { path, source } = error {
             own.setattr("errno", source.raw_os_error())?;
             own.setattr("filename", path)?;

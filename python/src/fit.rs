@@ -233,10 +233,12 @@ pub fn fit<'py>(
             Some(haloes) => CompiledModel::through_haloes(&description, haloes),
         };
         let names = ["summary.json", "timings.json", "model.toml", "posterior.nc"];
-        let staging = options.output.as_ref().map(|path| staged(path, &names, options.overwrite)).transpose()?;
+        let staging =
+            options.output.as_ref().map(|path| staged(path, &names, options.overwrite)).transpose()?;
         let start = std::time::Instant::now();
         let task = monitor.task(&description.name, None);
-        let fit = Fit::run(observed, model.map_err(in_model)?, settings, &mut NoStore, monitor).map_err(in_model)?;
+        let fit = Fit::run(observed, model.map_err(in_model)?, settings, &mut NoStore, monitor)
+            .map_err(in_model)?;
         drop(task);
         let summary = FitSummary::of(&fit, &description.name, start.elapsed().as_secs_f64());
         let json = serde_json::to_string(&summary);

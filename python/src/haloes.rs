@@ -95,11 +95,18 @@ impl Catalogue {
         let rows = haloes.len();
         let own_length = |name: &str, length: usize| match length == rows {
             true => Ok(()),
-            false => Err(input(py, &format!("length of column {name}"), length, &format!("{rows}, as that of z"))),
+            false => {
+                Err(input(py, &format!("length of column {name}"), length, &format!("{rows}, as that of z")))
+            }
         };
         if let Some(row) = truncations.iter().flatten().position(|r| r.is_nan() || *r <= 0.0) {
             let what = format!("r_trunc_arcsec of halo {}", row + 1);
-            return Err(input(py, &what, truncations.iter().flatten().nth(row).copied().unwrap_or(f64::NAN), "positive, infinite without truncation"));
+            return Err(input(
+                py,
+                &what,
+                truncations.iter().flatten().nth(row).copied().unwrap_or(f64::NAN),
+                "positive, infinite without truncation",
+            ));
         }
         haloes.r_trunc_arcsec = truncations;
         if by_angles {
@@ -127,11 +134,10 @@ impl Catalogue {
         cosmology: (f64, f64),
     ) -> PyResult<(Self, Option<(&'static str, &'static str)>)> {
         let background = Background::new(cosmology.0, cosmology.1).or_raise(py)?;
-        let (haloes, made_for) = run(py, None, |_| {
-            Ok((read_haloes(&path, z_source, &background)?, read_line_of_sight(&path)))
-        })?;
-        let made_for =
-            made_for.map(|los| (sheets_name(los.sheets, los.is_beside_axis()), reference_name(los.reference)));
+        let (haloes, made_for) =
+            run(py, None, |_| Ok((read_haloes(&path, z_source, &background)?, read_line_of_sight(&path))))?;
+        let made_for = made_for
+            .map(|los| (sheets_name(los.sheets, los.is_beside_axis()), reference_name(los.reference)));
         Ok((Self::new(haloes), made_for))
     }
 
@@ -217,9 +223,7 @@ pub fn populate(
     let (config, imported) = (&config.0, imported.map(|own| (*own.haloes).clone()));
     let haloes = run(py, progress.as_ref(), |monitor| {
         let imported = match (&imported, &config.haloes.catalogue) {
-            (None, Some(path)) => {
-                Some(read_haloes(path, config.line_of_sight.z_source, &config.cosmology)?)
-            }
+            (None, Some(path)) => Some(read_haloes(path, config.line_of_sight.z_source, &config.cosmology)?),
             _ => imported,
         };
         let drawn = pipeline::populate(config, imported, sightline, monitor)?;

@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use haloray::constants::{ARCSEC_RAD, MPC_OVER_C_DAYS};
 use haloray::cosmology::Background;
 use haloray::diagnostics::{CriticalCurves, PointImages, SkyWindow};
-use haloray::io::{
-    LensModelFile, LensModelParts, LensOfFile, LensRedshifts, kind_name, lens_model_names,
-};
+use haloray::io::{LensModelFile, LensModelParts, LensOfFile, LensRedshifts, kind_name, lens_model_names};
 use haloray::mapping::Order;
 use haloray::mapping::tidal::TidalLens;
 use haloray::monitor::{Monitor, Silent};
@@ -44,13 +42,21 @@ impl Lens {
     ) -> PyResult<Self> {
         let background = Background::new(cosmology.0, cosmology.1).or_raise(py)?;
         let known = lens_model_names();
-        let unknown: Vec<&str> = names.iter().map(String::as_str).filter(|own| !known.contains(own)).collect();
+        let unknown: Vec<&str> =
+            names.iter().map(String::as_str).filter(|own| !known.contains(own)).collect();
         if !unknown.is_empty() {
-            return Err(input(py, "lens_model_list", unknown.join(", "), &format!("among {}", known.join(", "))));
+            return Err(input(
+                py,
+                "lens_model_list",
+                unknown.join(", "),
+                &format!("among {}", known.join(", ")),
+            ));
         }
         let redshifts = match (lens_redshift_list, z_lens, z_source) {
             (Some(lenses), _, Some(source)) => LensRedshifts::ManyPlanes { lenses, source },
-            (Some(_), _, None) => return Err(input(py, "z_source", "missing", "given with lens_redshift_list")),
+            (Some(_), _, None) => {
+                return Err(input(py, "z_source", "missing", "given with lens_redshift_list"));
+            }
             (None, Some(lens), Some(source)) => LensRedshifts::OnePlane { lens, source },
             _ => LensRedshifts::Unknown,
         };
@@ -159,9 +165,10 @@ impl Lens {
     fn days_per_arcsec2(&self, py: Python<'_>, z_lens: Option<f64>) -> PyResult<f64> {
         let missing = || input(py, "z_lens and z_source", "missing", "given: delays need distances");
         let (lens, source) = match (&self.redshifts, z_lens) {
-            (LensRedshifts::OnePlane { source, .. } | LensRedshifts::ManyPlanes { source, .. }, Some(lens)) => {
-                (lens, *source)
-            }
+            (
+                LensRedshifts::OnePlane { source, .. } | LensRedshifts::ManyPlanes { source, .. },
+                Some(lens),
+            ) => (lens, *source),
             _ => return Err(missing()),
         };
         if !(lens > 0.0 && lens < source) {
@@ -193,7 +200,10 @@ impl Lens {
         let jacobian: Vec<f64> = images.iter().flat_map(|image| image.jacobian).collect();
         all.set_item("theta_arcsec", pairs(py, &theta)?)?;
         all.set_item("jacobian", PyArray1::from_vec(py, jacobian).reshape([images.len(), 2, 2])?)?;
-        all.set_item("magnification", PyArray1::from_iter(py, images.iter().map(|image| image.magnification())))?;
+        all.set_item(
+            "magnification",
+            PyArray1::from_iter(py, images.iter().map(|image| image.magnification())),
+        )?;
         all.set_item("delay_days", PyArray1::from_iter(py, images.iter().map(|image| image.delay_days)))?;
         let kinds = images.iter().map(|image| kind_name(image.kind()));
         all.set_item("kind", PyList::new(py, kinds.collect::<Vec<_>>())?)?;
@@ -292,7 +302,9 @@ impl Lens {
     ) -> PyResult<TidalLens> {
         match self.build(py, kwargs, only)?.lens {
             LensOfFile::OnePlane(lens) => Ok(*lens),
-            LensOfFile::ManyPlanes(_) => Err(input(py, what, "that of many planes", "asked of one lens plane")),
+            LensOfFile::ManyPlanes(_) => {
+                Err(input(py, what, "that of many planes", "asked of one lens plane"))
+            }
         }
     }
 

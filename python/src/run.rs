@@ -117,7 +117,8 @@ pub fn simulate<'py>(
         let inputs = Inputs { catalogue: imported, psf: psf.clone() };
         let simulation = pipeline::simulate(settings, inputs, sightline, monitor)?;
         let summary = serde_json::to_string(&Summary::of(&simulation));
-        let json = summary.map_err(|e| haloray::Error::out_of_range("summary", e, "representable as JSON"))?;
+        let json =
+            summary.map_err(|e| haloray::Error::out_of_range("summary", e, "representable as JSON"))?;
         let mut complaints = Vec::new();
         if let Some(staging) = staging {
             write_run(&simulation, &psf, &staging, &provenance(config, sightline)?)?;

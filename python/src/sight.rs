@@ -1,12 +1,15 @@
 //! A line of sight: rays through haloes between any two redshifts, tensors on the axis, maps.
 
+use std::collections::BTreeMap;
+
 use haloray::diagnostics::{Distortion, EffectiveLineOfSight, MapGrid, Tidal, TidalMaps};
 use haloray::io::SHEET_COLUMN;
 use haloray::mapping::Mapping;
-use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Reference, Segment, Sheets};
+use haloray::mapping::multiplane::{
+    Accuracy, AdaptiveSegment, Field, LineOfSight, MainLens, Reference, Segment, Sheets,
+};
 use haloray::mapping::tidal::{Flexion, LineOfSightModel};
 use haloray::profile::registry;
-use haloray::mapping::multiplane::MainLens;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -25,7 +28,7 @@ pub struct Sight {
 }
 
 /// A main lens on the way: its redshift, the name of its profile, and the profile's arguments.
-type LensArgument = (f64, String, std::collections::BTreeMap<String, f64>);
+type LensArgument = (f64, String, BTreeMap<String, f64>);
 
 /// From where to where rays go, through what, and how accurately.
 #[derive(FromPyObject)]
@@ -109,9 +112,11 @@ impl Sight {
         let [x, y] = points(py, ["x_arcsec", "y_arcsec"], [&x, &y])?;
         let segment = self.segment(py, &way)?;
         let delays = run(py, None, |monitor| {
+            /// Planes that are met by the rays of a chunk, between which the wish to stop is heard.
+            const KICKS: usize = 400_000;
+            let chunk = (KICKS / self.sight.len().max(1)).clamp(8, 4096);
             let mut all = Vec::with_capacity(x.len());
-            // Between chunks the wish to stop is heard.
-            for (x, y) in x.chunks(512).zip(y.chunks(512)) {
+            for (x, y) in x.chunks(chunk).zip(y.chunks(chunk)) {
                 monitor.check()?;
                 let theta: Vec<[f64; 2]> = x.iter().zip(y).map(|(x, y)| [*x, *y]).collect();
                 all.extend(segment.delay_days(&theta));
@@ -191,19 +196,30 @@ impl Sight {
             return segment.or_raise(py);
         };
         if way.z_from.is_some() || way.z_to.is_some() {
-            return Err(input(py, "lens", name, "left out between redshifts: it stands between observer and source"));
+            return Err(input(
+                py,
+                "lens",
+                name,
+                "left out between redshifts: it stands between observer and source",
+            ));
         }
         let profile = registry::mass(name).or_raise(py)?;
         let known: Vec<&str> = profile.arguments().map(|own| own.name).collect();
         for given in arguments.keys().filter(|given| !known.contains(&given.as_str())) {
-            return Err(input(py, &format!("argument of {name}"), given, &format!("one of {}", known.join(", "))));
+            return Err(input(
+                py,
+                &format!("argument of {name}"),
+                given,
+                &format!("one of {}", known.join(", ")),
+            ));
         }
         for own in profile.arguments().filter(|own| own.default.is_none()) {
             if !arguments.contains_key(own.name) {
                 return Err(input(py, &format!("argument {} of {name}", own.name), "missing", "a number"));
             }
         }
-        let value = |own: &registry::Parameter| arguments.get(own.name).copied().or(own.default).unwrap_or(0.0);
+        let value =
+            |own: &registry::Parameter| arguments.get(own.name).copied().or(own.default).unwrap_or(0.0);
         let profile = profile.build(value).or_raise(py)?;
         self.sight.through_lens(&MainLens { z: *z, profile }).or_raise(py)
     }
@@ -224,7 +240,7 @@ fn over_square(
     accuracy: Accuracy,
     half_width_arcsec: f64,
     rays: usize,
-) -> haloray::mapping::multiplane::AdaptiveSegment {
+) -> AdaptiveSegment {
     let field = Field { centre_arcsec: [0.0; 2], half_arcsec: [half_width_arcsec; 2] };
     segment.adaptive(accuracy, Some(field), rays)
 }

@@ -6,6 +6,9 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+/// What threads have for their stacks, as the main thread of a command has: kernels keep many lanes there.
+const STACK_BYTES: usize = 16 << 20;
+
 /// A pool with the process that it belongs to, and its number of threads (0 means all cores).
 struct Threads {
     process: u32,
@@ -26,7 +29,7 @@ pub fn pool() -> PyResult<Arc<ThreadPool>> {
     if let Some(pool) = &threads.pool {
         return Ok(pool.clone());
     }
-    let built = ThreadPoolBuilder::new().num_threads(threads.number).build();
+    let built = ThreadPoolBuilder::new().num_threads(threads.number).stack_size(STACK_BYTES).build();
     let refused = |error| PyRuntimeError::new_err(format!("the system gives no threads: {error}"));
     let pool = Arc::new(built.map_err(refused)?);
     threads.pool = Some(pool.clone());

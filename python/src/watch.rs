@@ -28,6 +28,8 @@ struct Task {
 #[derive(Default)]
 struct Watch {
     tasks: Mutex<Vec<Task>>,
+    /// The task that ended last.
+    ended: Mutex<Option<Task>>,
     is_cancelled: AtomicBool,
 }
 
@@ -41,7 +43,9 @@ impl Watch {
     fn look(&self, py: Python<'_>, progress: Option<&Py<PyAny>>, told: &mut Option<Task>) -> PyResult<()> {
         py.check_signals()?;
         let Some(progress) = progress else { return Ok(()) };
-        let innermost = self.tasks.lock().unwrap_or_else(PoisonError::into_inner).last().cloned();
+        let going_on = self.tasks.lock().unwrap_or_else(PoisonError::into_inner).last().cloned();
+        let ended = || self.ended.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let innermost = going_on.or_else(ended);
         if innermost != *told {
             if let Some(Task { name, units, done, message }) = &innermost {
                 progress.call1(py, (name, *done, *units, message))?;
@@ -67,7 +71,8 @@ impl Monitor for Watch {
     }
 
     fn end(&self) {
-        self.tasks.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let ended = self.tasks.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        *self.ended.lock().unwrap_or_else(PoisonError::into_inner) = ended;
     }
 
     fn is_cancelled(&self) -> bool {
@@ -99,6 +104,10 @@ pub fn run<T: Send>(
                 }
             }
         });
+        // Work that was quicker than the first look is told of too.
+        if raised.is_none() && progress.is_some() {
+            raised = Python::attach(|py| watch.look(py, progress, &mut told)).err();
+        }
         (result, raised)
     });
     match (raised, result) {

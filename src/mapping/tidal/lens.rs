@@ -126,8 +126,10 @@ mod tests {
             MassModel::Epl(Epl::new(1.4, 2.2, [0.1, -0.05], [0.02, 0.03]).unwrap()),
             MassModel::Nfw(Nfw::new(3.0, 0.2, [0.5, -0.4]).unwrap()),
         ];
-        let theta: Vec<[f64; 2]> = (0..300).map(|i| [1e-2 * f64::from(i) - 1.5, 0.7 - 3e-3 * f64::from(i)]).collect();
-        for model in [LineOfSightModel::Minimal { od: tidal, los: tidal }, LineOfSightModel::Flexion(flexed)] {
+        let theta: Vec<[f64; 2]> =
+            (0..300).map(|i| [1e-2 * f64::from(i) - 1.5, 0.7 - 3e-3 * f64::from(i)]).collect();
+        for model in [LineOfSightModel::Minimal { od: tidal, los: tidal }, LineOfSightModel::Flexion(flexed)]
+        {
             let lens = TidalLens::new(model, lenses.clone());
             let all = lens.map(&theta, Order::SecondDerivatives);
             assert_eq!(lens.map(&theta, Order::Position).beta_arcsec, all.beta_arcsec);
