@@ -12,7 +12,7 @@ import numpy as np
 
 from ._errors import InputError
 from ._haloray import Config
-from ._units import refuse, whole
+from ._units import number, refuse, whole
 
 #: A preset's name, the path of a TOML file, a dictionary of the keys to change, or a resolved configuration.
 ConfigLike = Union[str, "os.PathLike[str]", Mapping[str, Any], Config, None]
@@ -61,7 +61,7 @@ def config(
         return resolved
     seed = None if seed is None else whole("seed", seed)
     if accuracy_arcsec is not None and not isinstance(accuracy_arcsec, str):
-        accuracy_arcsec = float(accuracy_arcsec)
+        accuracy_arcsec = number("accuracy_arcsec", accuracy_arcsec, "arcsec")
     return resolved.with_options(seed, draw, accuracy_arcsec)
 
 
@@ -103,4 +103,4 @@ def _of_toml(toml: str) -> Config:
     return Config.of_complete_text(toml)
 
 
-copyreg.pickle(Config, lambda config: (_of_toml, (config.toml,)))  # type: ignore[arg-type]
+copyreg.pickle(Config, lambda config: (_of_toml, (config.toml,)))

@@ -223,9 +223,8 @@ def to_arviz(posterior: Mapping[str, Array], sample_stats: Mapping[str, Array]) 
     except ImportError as error:
         raise ImportError("to_arviz needs ArviZ: pip install arviz") from error
     groups = {"posterior": dict(posterior), "sample_stats": dict(sample_stats)}
-    if int(arviz.__version__.split(".")[0]) < 1:
-        return arviz.from_dict(**groups)
-    return arviz.from_dict(groups)
+    from_dict: Any = arviz.from_dict
+    return from_dict(**groups) if int(arviz.__version__.split(".")[0]) < 1 else from_dict(groups)
 
 
 #: An image, the path of a FITS file, an Observation, or an Image of :func:`image`.

@@ -162,7 +162,7 @@ class LensModel:
         InputError
             Arguments missing, unknown or outside their domain; shapes that do not go together; numbers not finite.
         """
-        if type(x) is float and type(y) is float and k is None and self._static is None:
+        if isinstance(x, float) and isinstance(y, float) and k is None and self._static is None:
             try:
                 return self._native.ray(x, y, kwargs, None)
             except InputError:

@@ -19,7 +19,9 @@ _FIELDS = {
 }
 
 
-def from_pyhalo(realization: Any, z_source: float | None = None, cosmology: Any = None) -> tuple[Haloes, list[tuple[float, float]]]:
+def from_pyhalo(
+    realization: Any, z_source: float | None = None, cosmology: Any = None
+) -> tuple[Haloes, list[tuple[float, float]]]:
     """Haloes of a pyHalo realisation, with its sheets of negative convergence.
 
     Parameters
@@ -34,19 +36,23 @@ def from_pyhalo(realization: Any, z_source: float | None = None, cosmology: Any 
     Returns
     -------
     haloes : Haloes
-        The haloes; ``m200c_msun`` is not known, ``extra`` columns hold nothing.
+        The haloes, by their angles.
     sheets : list of (float, float)
         Redshift and convergence κ < 0 of each sheet, reduced to the source, as the realisation gives lenstronomy them.
 
     Notes
     -----
-    A line of sight of haloray puts its own sheets in the planes of haloes; trace with ``sheets="none"`` to leave them out.
+    :class:`LineOfSight` puts sheets of its own in the planes of haloes; ``sheets="none"`` leaves them out. The realisation
+    with its own sheets is ``LensModel(models, z_source=…, lens_redshift_list=redshifts, multi_plane=True)`` of its lists.
 
     Raises
     ------
     InputError
         A profile that is neither NFW nor TNFW.
     """
+    own = getattr(realization, "astropy_instance", None)
+    if cosmology is None and own is not None:
+        cosmology = (number("H0", own.H0, "km / (s Mpc)"), number("Om0", own.Om0))
     models, redshifts, kwargs, _ = realization.lensing_quantities(add_mass_sheet_correction=True)
     z_source = number("z_source", realization.lens_cosmo.z_source if z_source is None else z_source)
     return from_lens_models(models, redshifts, kwargs, z_source, cosmology)
@@ -56,6 +62,11 @@ def from_lens_models(
     models: list[str], redshifts: Any, kwargs: list[dict[str, float]], z_source: float, cosmology: Any = None
 ) -> tuple[Haloes, list[tuple[float, float]]]:
     """Haloes and sheets of lenstronomy's keyword lists: ``NFW``, ``TNFW`` and ``CONVERGENCE``."""
+    if not len(models) == len(redshifts) == len(kwargs):
+        raise InputError(
+            f"there are {len(models)} models, {len(redshifts)} redshifts and {len(kwargs)} sets of arguments, "
+            "but must be as many of each"
+        )
     columns: dict[str, list[float]] = {"z": [], **{name: [] for name in _FIELDS.values()}}
     sheets: list[tuple[float, float]] = []
     for name, z, own in zip(models, redshifts, kwargs):

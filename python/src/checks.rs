@@ -1,8 +1,15 @@
 //! What only this side of the border can check of the other.
 
 use std::hint::black_box;
+use std::time::Instant;
 
+use haloray::mapping::multiplane::{Accuracy, Field, LineOfSight, Sheets};
+use haloray::mapping::{Mapping, Order};
 use pyo3::prelude::*;
+
+use crate::arrays::{Column, points};
+use crate::haloes::Catalogue;
+use crate::watch::run;
 
 /// Names of the elementary functions in use here that are not haloray's own, bit by bit.
 ///
@@ -27,4 +34,19 @@ pub fn foreign_functions() -> Vec<&'static str> {
         points.any(|x| in_use(x).to_bits() != own(x).to_bits())
     };
     functions.iter().filter(|(_, in_use, own)| differs(*in_use, *own)).map(|(name, ..)| *name).collect()
+}
+
+/// Seconds from columns in memory to β in memory on this side alone: what `tests/benches/adaptive.rs` times.
+#[pyfunction]
+pub fn seconds_of_rays(py: Python<'_>, haloes: &Catalogue, x: Column<'_>, y: Column<'_>) -> PyResult<f64> {
+    let [x, y] = points(py, ["x_arcsec", "y_arcsec"], [&x, &y])?;
+    let theta: Vec<[f64; 2]> = x.iter().zip(y).map(|(x, y)| [*x, *y]).collect();
+    run(py, None, |monitor| {
+        let start = Instant::now();
+        let sight = LineOfSight::new(&haloes.haloes, &Sheets::OnAxis)?;
+        let mapping =
+            sight.observer_to_source().adaptive(Accuracy::default(), Field::around(&theta), theta.len());
+        black_box(mapping.trace(&theta, Order::Position, monitor)?);
+        Ok(start.elapsed().as_secs_f64())
+    })
 }

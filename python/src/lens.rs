@@ -343,7 +343,7 @@ fn by_chunks(n: usize, monitor: &dyn Monitor, at: impl Fn(usize) -> f64 + Sync) 
         return Ok((0..n).map(at).collect());
     }
     let checked = |i: usize| {
-        if i % 256 == 0 {
+        if i.is_multiple_of(256) {
             monitor.check()?;
         }
         Ok(at(i))

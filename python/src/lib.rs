@@ -43,5 +43,6 @@ fn _haloray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(read::read_posterior, module)?)?;
     module.add_function(wrap_pyfunction!(threads::set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(threads::number_of_threads, module)?)?;
+    module.add_function(wrap_pyfunction!(checks::seconds_of_rays, module)?)?;
     module.add_function(wrap_pyfunction!(checks::foreign_functions, module)?)
 }

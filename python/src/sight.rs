@@ -205,13 +205,9 @@ impl Sight {
         }
         let profile = registry::mass(name).or_raise(py)?;
         let known: Vec<&str> = profile.arguments().map(|own| own.name).collect();
-        for given in arguments.keys().filter(|given| !known.contains(&given.as_str())) {
-            return Err(input(
-                py,
-                &format!("argument of {name}"),
-                given,
-                &format!("one of {}", known.join(", ")),
-            ));
+        if let Some(given) = arguments.keys().find(|given| !known.contains(&given.as_str())) {
+            let allowed = format!("one of {}", known.join(", "));
+            return Err(input(py, &format!("argument of {name}"), given, &allowed));
         }
         for own in profile.arguments().filter(|own| own.default.is_none()) {
             if !arguments.contains_key(own.name) {

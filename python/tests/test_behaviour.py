@@ -249,6 +249,31 @@ def test_haloes_of_lens_models_and_back(haloes):
     np.testing.assert_allclose(ours, theirs.ray_shooting(x, y, kwargs), rtol=0, atol=1e-11)
 
 
+def test_a_realisation_of_pyhalo():
+    presets = pytest.importorskip("pyHalo.preset_models", exc_type=ImportError)
+    lens_model = pytest.importorskip("lenstronomy.LensModel.lens_model")
+    np.random.seed(3)
+    draw = presets.preset_model_from_name("CDM")
+    realization = draw(0.5, 1.5, sigma_sub=0.02, log_mlow=8.0, log_mhigh=10.0, cone_opening_angle_arcsec=6)
+    haloes, sheets = hr.from_pyhalo(realization)
+    names, redshifts, kwargs, _ = realization.lensing_quantities(add_mass_sheet_correction=True)
+    assert len(haloes) + len(sheets) == len(names) and all(kappa < 0.0 for _, kappa in sheets)
+    settings = dict(z_source=1.5, multi_plane=True, cosmo=realization.astropy_instance)
+    x, y = np.random.default_rng(3).uniform(-2, 2, (2, 20))
+
+    def both(chosen):
+        lists = [names[i] for i in chosen], dict(settings, lens_redshift_list=[redshifts[i] for i in chosen])
+        arguments = x, y, [kwargs[i] for i in chosen]
+        return [model(lists[0], **lists[1]).ray_shooting(*arguments) for model in (hr.LensModel, lens_model.LensModel)]
+
+    # With its sheets, and its haloes alone through the fast planes.
+    np.testing.assert_allclose(*both(range(len(names))), rtol=0, atol=1e-10)
+    alone, theirs = both([i for i, name in enumerate(names) if name == "TNFW"])
+    fast = hr.LineOfSight(haloes, sheets="none", accuracy_arcsec="exact").ray_shooting(x, y)
+    np.testing.assert_allclose(fast, alone, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(fast, theirs, rtol=0, atol=1e-10)
+
+
 def test_threads_are_not_those_of_the_interpreter():
     # Long work leaves the interpreter to others.
     ticks, stop = [], threading.Event()
