@@ -16,6 +16,16 @@ run:
 test:
     cargo test --release
 
+# the Python package, installed into ./.venv and tested
+python:
+    python3 -m venv .venv
+    .venv/bin/pip install --quiet './python[test,all]'
+    HALORAY_COMMAND=.venv/bin/haloray .venv/bin/python -m pytest -q python/tests
+
+# the Python package beside lenstronomy and the library, in one run
+bench-python: python
+    .venv/bin/python python/benchmarks/speed.py --command .venv/bin/haloray
+
 # the slow tests, which `just test` leaves out; writes docs/NIGHTLY.md
 nightly:
     bash .ci/nightly

@@ -104,8 +104,11 @@ fn line_of(assignment: &str) -> Result<String> {
     Ok(format!("{key} = {value}"))
 }
 
-/// The configuration, or what is wrong with the user's text and where.
-fn resolve(preset: Preset, path: &Path, text: &str, assigned: &str) -> Result<Config> {
+/// As [`load_with`], of a text, which errors call `path`, and of lines of TOML with dotted keys laid over it.
+///
+/// # Errors
+/// As [`load_with`], but for reading.
+pub fn resolve(preset: Preset, path: &Path, text: &str, assigned: &str) -> Result<Config> {
     let unreadable = |error: toml::de::Error| Error::Toml {
         path: path.into(),
         at: error.span().and_then(|span| line_and_column(text, span.start)),

@@ -5,7 +5,7 @@ mod load;
 mod schema;
 
 pub use haloes::{Draw, HALO_MASS_DEFINITION, HaloConfig, HaloProfile};
-pub use load::{Preset, load, load_with};
+pub use load::{Preset, load, load_with, resolve};
 pub use schema::{
     Config, DiagnosticsConfig, HaloEffects, ImageConfig, LensConfig, LightConfig, LineOfSightConfig,
     SheetModel, json_schema,

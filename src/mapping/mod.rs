@@ -52,6 +52,10 @@ impl RayBundle {
             monitor.advance(theta.len() as u64);
             Ok(block)
         };
+        // Few rays are not worth the way to other threads.
+        if theta_arcsec.len() <= rays {
+            return trace(theta_arcsec);
+        }
         let blocks: Result<Vec<Self>> = theta_arcsec.par_chunks(rays).map(trace).collect();
         Ok(Self::concatenate(blocks?))
     }

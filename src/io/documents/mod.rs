@@ -21,7 +21,9 @@ pub use exposure_keywords::ExposureKeywords;
 pub use halo_table::{HALOES_GROUP, SHEET_COLUMN, halo_table, read_haloes, read_line_of_sight, write_haloes};
 pub use image_fits::{ImageFile, PsfKernel};
 pub use image_table::{curve_table, image_table, kind_name};
-pub use lens_model::{LensModelFile, LensOfFile, read_lens_model};
+pub use lens_model::{
+    LensModelFile, LensModelParts, LensOfFile, LensRedshifts, lens_model_names, read_lens_model,
+};
 pub use lens_table::{LENSES_GROUP, TabledLens, read_lenses};
 pub use mock_table::{CATALOGUE_GROUP, TrueShear, catalogue_table, read_truth_table, truth_table};
 pub use observation_file::read_observation;

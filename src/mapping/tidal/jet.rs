@@ -27,8 +27,9 @@ impl Jet {
         Self { value: Complex::new(x, y), first: [one, i], second: [ZERO; 3] }
     }
 
-    /// Deflection α_x + iα_y of the lenses at this position, by the chain rule.
-    pub fn deflected_by(self, lenses: &[MassModel]) -> Self {
+    /// Deflection α_x + iα_y of the lenses at this position, by the chain rule; without `SECOND` the second derivatives
+    /// lack what the third derivatives of the potential add to them.
+    pub fn deflected_by<const SECOND: bool>(self, lenses: &[MassModel]) -> Self {
         let (x, y) = (self.value.re, self.value.im);
         let mut value = ZERO;
         let (mut hessian, mut third) = ([0.0; 3], [0.0; 4]);
@@ -36,7 +37,9 @@ impl Jet {
             let [ax, ay] = lens.deflection(x, y);
             value += Complex::new(ax, ay);
             add(&mut hessian, lens.hessian(x, y));
-            add(&mut third, lens.third_derivatives(x, y));
+            if SECOND {
+                add(&mut third, lens.third_derivatives(x, y));
+            }
         }
         let along = [Complex::new(hessian[0], hessian[1]), Complex::new(hessian[1], hessian[2])];
         let bend = [0, 1, 2].map(|i| Complex::new(third[i], third[i + 1]));

@@ -108,21 +108,85 @@ impl ModelFile {
             None => *default_background,
             Some(own) => own.background()?,
         };
+        let redshifts = match (&self.lens_redshift_list, self.z_lens) {
+            (Some(_), Some(z_lens)) => {
+                return Err(Error::out_of_range("z_lens", z_lens, "left out beside lens_redshift_list"));
+            }
+            (Some(list), None) => LensRedshifts::ManyPlanes { lenses: list.clone(), source: self.z_source },
+            (None, Some(lens)) => LensRedshifts::OnePlane { lens, source: self.z_source },
+            (None, None) => {
+                let allowed = "a redshift (or lens_redshift_list given)";
+                return Err(Error::out_of_range("z_lens", "missing", allowed));
+            }
+        };
+        let parts = LensModelParts { lens_model_list: &self.lens_model_list, kwargs_lens: &self.kwargs_lens };
+        parts.build(&redshifts, &background)
+    }
+}
+
+/// Where the planes of a lens model and its source are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LensRedshifts {
+    /// One lens plane of unknown redshift: no delays.
+    Unknown,
+    /// One lens plane.
+    OnePlane {
+        /// Redshift of the lens.
+        lens: f64,
+        /// Redshift of the source.
+        source: f64,
+    },
+    /// A redshift for every model of the list.
+    ManyPlanes {
+        /// Redshifts of the models.
+        lenses: Vec<f64>,
+        /// Redshift of the source.
+        source: f64,
+    },
+}
+
+/// A lens model under lenstronomy's names: a list of profiles, and the arguments of each.
+#[derive(Debug, Clone, Copy)]
+pub struct LensModelParts<'a> {
+    /// Names of the profiles and of at most one model of the line of sight.
+    pub lens_model_list: &'a [String],
+    /// The keyword arguments of each.
+    pub kwargs_lens: &'a [BTreeMap<String, f64>],
+}
+
+/// All names that a `lens_model_list` may hold.
+pub fn lens_model_names() -> Vec<&'static str> {
+    [mass_names().as_slice(), &LINES_OF_SIGHT].concat()
+}
+
+impl LensModelParts<'_> {
+    /// The lens, with distances of `background`.
+    ///
+    /// # Errors
+    /// Names that cannot be represented (all of them listed), parameters missing, unknown or outside their domain,
+    /// redshifts that do not belong together.
+    pub fn build(&self, redshifts: &LensRedshifts, background: &Background) -> Result<LensModelFile> {
         self.check_list()?;
-        match &self.lens_redshift_list {
-            Some(redshifts) => self.many_planes(redshifts, &background),
-            None => self.one_plane(&background),
+        match redshifts {
+            LensRedshifts::Unknown => self.one_plane(None),
+            LensRedshifts::OnePlane { lens, source } => {
+                let allowed = format!("above 0 and below z_source = {source}");
+                Domain::inside(0.0, *source).check_in_words("z_lens", *lens, &allowed)?;
+                let [lens, source] = [*lens, *source].map(|z| background.comoving_distance_mpc(z));
+                self.one_plane(Some(lens * source / (source - lens)))
+            }
+            LensRedshifts::ManyPlanes { lenses, source } => self.many_planes(lenses, *source, background),
         }
     }
 
     /// Names that are known, and arguments for each.
     fn check_list(&self) -> Result<()> {
-        let (names, kwargs) = (&self.lens_model_list, &self.kwargs_lens);
+        let (names, kwargs) = (self.lens_model_list, self.kwargs_lens);
         if names.len() != kwargs.len() || names.is_empty() {
             let allowed = format!("{} as the lens_model_list, and at least 1", names.len());
             return Err(Error::out_of_range("length of kwargs_lens", kwargs.len(), &allowed));
         }
-        let known = [mass_names().as_slice(), &LINES_OF_SIGHT].concat();
+        let known = lens_model_names();
         let unknown: Vec<&str> =
             names.iter().map(String::as_str).filter(|name| !known.contains(name)).collect();
         if unknown.is_empty() {
@@ -133,16 +197,11 @@ impl ModelFile {
     }
 
     fn arguments(&self) -> impl Iterator<Item = Arguments<'_>> {
-        let pairs = self.lens_model_list.iter().zip(&self.kwargs_lens).enumerate();
+        let pairs = self.lens_model_list.iter().zip(self.kwargs_lens).enumerate();
         pairs.map(|(position, (name, values))| Arguments { name, position, values })
     }
 
-    fn one_plane(&self, background: &Background) -> Result<LensModelFile> {
-        let Some(z_lens) = self.z_lens else {
-            return Err(Error::out_of_range("z_lens", "missing", "a redshift (or lens_redshift_list given)"));
-        };
-        let allowed = format!("above 0 and below z_source = {}", self.z_source);
-        Domain::inside(0.0, self.z_source).check_in_words("z_lens", z_lens, &allowed)?;
+    fn one_plane(&self, time_delay_distance_mpc: Option<f64>) -> Result<LensModelFile> {
         let (mut model, mut lenses, mut warnings) = (None, Vec::new(), Vec::new());
         for arguments in self.arguments() {
             if !LINES_OF_SIGHT.contains(&arguments.name) {
@@ -154,17 +213,17 @@ impl ModelFile {
                 return Err(Error::out_of_range("lens_model_list", arguments, allowed));
             }
         }
-        let [lens, source] = [z_lens, self.z_source].map(|z| background.comoving_distance_mpc(z));
         let model = model.unwrap_or(LineOfSightModel::EMPTY);
-        let time_delay_distance_mpc = Some(lens * source / (source - lens));
         let lens = TidalLens { model, lenses, time_delay_distance_mpc };
         Ok(LensModelFile { lens: LensOfFile::OnePlane(Box::new(lens)), warnings })
     }
 
-    fn many_planes(&self, redshifts: &[f64], background: &Background) -> Result<LensModelFile> {
-        if let Some(z_lens) = self.z_lens {
-            return Err(Error::out_of_range("z_lens", z_lens, "left out beside lens_redshift_list"));
-        }
+    fn many_planes(
+        &self,
+        redshifts: &[f64],
+        z_source: f64,
+        background: &Background,
+    ) -> Result<LensModelFile> {
         if redshifts.len() != self.lens_model_list.len() {
             let allowed = format!("{} as the lens_model_list", self.lens_model_list.len());
             return Err(Error::out_of_range("length of lens_redshift_list", redshifts.len(), &allowed));
@@ -178,7 +237,7 @@ impl ModelFile {
             }
             lenses.push((z, arguments.profile()?));
         }
-        let lens = GeneralMultiPlane::new(background, self.z_source, &lenses)?;
+        let lens = GeneralMultiPlane::new(background, z_source, &lenses)?;
         Ok(LensModelFile { lens: LensOfFile::ManyPlanes(lens), warnings: Vec::new() })
     }
 }

@@ -1,0 +1,64 @@
+"""haloray: what every dark-matter halo along a line of sight does to a strong-lensing image.
+
+Angles are in arcsec, distances in comoving Mpc where the name says so, masses in solar masses; fluxes in e⁻/s. Where a quantity is
+expected, a float64 array in the unit of its name, or an astropy Quantity, will do.
+
+>>> import haloray as hr
+>>> haloes = hr.populate("paper", seed=1)
+>>> sight = hr.LineOfSight(haloes)
+>>> effective = sight.effective(z_lens=0.5)
+>>> beta_x, beta_y = sight.ray_shooting([1.0, 0.0], [0.0, 1.0])
+"""
+
+from ._config import config
+from ._errors import Error, FileError, InputError, MissingFileError
+from ._fit import Fit, Observation, Parameter, fit, model_text, models
+from ._haloes import Haloes, populate
+from ._haloray import Config, __version__, number_of_threads, set_threads
+from ._lens_model import LENS_MODELS, CriticalCurve, LensModel, PointImages
+from ._pyhalo import from_lens_models, from_pyhalo, to_lens_models
+from ._read import Posterior, Run, read
+from ._run import Image, Simulation, image, simulate
+from ._sight import Effective, Flexion, Interpol, LineOfSight, Rays, Tidal
+from ._versions import show_versions
+
+__all__ = [
+    "LENS_MODELS",
+    "Config",
+    "CriticalCurve",
+    "Effective",
+    "Error",
+    "FileError",
+    "Fit",
+    "Flexion",
+    "Haloes",
+    "Image",
+    "InputError",
+    "Interpol",
+    "LensModel",
+    "LineOfSight",
+    "MissingFileError",
+    "Observation",
+    "Parameter",
+    "PointImages",
+    "Posterior",
+    "Rays",
+    "Run",
+    "Simulation",
+    "Tidal",
+    "__version__",
+    "config",
+    "fit",
+    "from_lens_models",
+    "from_pyhalo",
+    "image",
+    "model_text",
+    "models",
+    "number_of_threads",
+    "populate",
+    "read",
+    "set_threads",
+    "show_versions",
+    "simulate",
+    "to_lens_models",
+]

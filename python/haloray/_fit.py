@@ -1,0 +1,361 @@
+"""Fits: an image and a model to a posterior."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Union
+
+from ._config import as_json
+from ._errors import InputError
+from ._haloray import Observation as _Observation
+from ._haloray import fit as _fit
+from ._haloray import model_text, models
+from ._progress import Progress, callback
+from ._run import Image
+from ._sight import LineOfSight
+from ._units import Array, image, number, optional, refuse, whole
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Observation:
+    """An image to fit, with its noise and PSF.
+
+    Parameters
+    ----------
+    data_e_s : array_like, shape (n, n)
+        Flux per pixel, (y, x), e⁻/s.
+    pixel_scale_arcsec, background_rms_e_s, exposure_s : float
+        Width of a pixel; standard deviation of the background per pixel, e⁻/s; exposure time, s.
+    psf_fwhm_arcsec, psf_truncation_sigma : float
+        A Gaussian PSF; 0 for none.
+    psf_kernel : array_like, shape (m, m), optional
+        A kernel instead, m odd, on pixels ``psf_oversampling`` times as fine.
+    mask : array_like, shape (n, n), optional
+        1 or True where a pixel is used.
+    z_lens : float, optional
+        Redshift of the lens, for models made of haloes.
+    """
+
+    def __init__(
+        self,
+        data_e_s: Any,
+        *,
+        pixel_scale_arcsec: float,
+        background_rms_e_s: float,
+        exposure_s: float,
+        psf_fwhm_arcsec: float = 0.0,
+        psf_truncation_sigma: float = 5.0,
+        psf_kernel: Any = None,
+        psf_oversampling: int = 1,
+        mask: Any = None,
+        z_lens: float | None = None,
+    ) -> None:
+        kernel = None
+        if psf_kernel is not None:
+            kernel = (image("psf_kernel", psf_kernel), whole("psf_oversampling", psf_oversampling, 1, 64))
+        self._native = _Observation.of_arrays(
+            image("data_e_s", data_e_s),
+            number("pixel_scale_arcsec", pixel_scale_arcsec, "arcsec"),
+            number("background_rms_e_s", background_rms_e_s),
+            number("exposure_s", exposure_s, "s"),
+            number("psf_fwhm_arcsec", psf_fwhm_arcsec, "arcsec"),
+            number("psf_truncation_sigma", psf_truncation_sigma),
+            kernel,
+            None if mask is None else image("mask", _numbers(mask)),
+            optional("z_lens", z_lens),
+        )
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Observation:
+        """Read a FITS image with the keywords and extensions that ``haloray fit`` reads."""
+        found = cls.__new__(cls)
+        found._native = _Observation.read(os.fspath(path))
+        return found
+
+    @classmethod
+    def from_lenstronomy(cls, kwargs_data: Mapping[str, Any], kwargs_psf: Mapping[str, Any]) -> Observation:
+        """Of lenstronomy's ``ImageData`` and ``PSF`` keywords: square pixels along the axes, one exposure time."""
+        transform = kwargs_data.get("transform_pix2angle", [[1.0, 0.0], [0.0, 1.0]])
+        (xx, xy), (yx, yy) = transform
+        if xy != 0.0 or yx != 0.0 or xx != yy or xx <= 0.0:
+            raise refuse("transform_pix2angle", transform, "a positive number times the unit matrix")
+        kind = kwargs_psf.get("psf_type", "NONE")
+        options: dict[str, Any] = {}
+        if kind == "GAUSSIAN":
+            options = {
+                "psf_fwhm_arcsec": kwargs_psf["fwhm"],
+                "psf_truncation_sigma": kwargs_psf.get("truncation", 5.0),
+            }
+        elif kind == "PIXEL":
+            options = {
+                "psf_kernel": kwargs_psf["kernel_point_source"],
+                "psf_oversampling": kwargs_psf.get("point_source_supersampling_factor", 1),
+            }
+        elif kind != "NONE":
+            raise refuse("psf_type", kind, '"GAUSSIAN", "PIXEL" or "NONE"')
+        return cls(
+            kwargs_data["image_data"],
+            pixel_scale_arcsec=xx,
+            background_rms_e_s=kwargs_data["background_rms"],
+            exposure_s=number("exposure_time", kwargs_data["exposure_time"], "s"),
+            mask=kwargs_data.get("likelihood_mask"),
+            **options,
+        )
+
+    @property
+    def data_e_s(self) -> Array:
+        """The image, (y, x), e⁻/s."""
+        return self._native.data_e_s
+
+    @property
+    def pixel_scale_arcsec(self) -> float:
+        """Width of a pixel."""
+        return self._native.pixel_scale_arcsec
+
+
+def _numbers(mask: Any) -> Any:
+    import numpy as np
+
+    found = np.asarray(mask)
+    return found.astype(np.float64) if found.dtype == np.bool_ else found
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One quantity of a posterior."""
+
+    name: str
+    unit: str
+    derived: bool
+    mean: float
+    median: float
+    standard_deviation: float
+    best_fit: float
+    hpd68_low: float
+    hpd68_high: float
+    bounded: bool
+    r_hat: float
+    ess_bulk: float
+    ess_tail: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A posterior.
+
+    Attributes
+    ----------
+    parameters : dict of str to Parameter
+        Every fitted or derived quantity.
+    posterior : dict of str to ndarray, shape (chains, draws)
+        Its draws.
+    sample_stats : dict of str to ndarray, shape (chains, draws)
+        ``lp``, the log-posterior in latent coordinates, and ``log_likelihood``.
+    statistics : dict
+        What ``summary.json`` holds besides: ``converged``, ``good_fit``, ``p_value``, ``chi2_reduced``, ``warnings`` …
+    model_e_s, normalised_residuals : ndarray, shape (n, n)
+        The image of the best fit, e⁻/s, and (data − model)/σ.
+    model_toml : str
+        The model in full.
+    """
+
+    parameters: dict[str, Parameter]
+    posterior: dict[str, Array]
+    sample_stats: dict[str, Array]
+    statistics: dict[str, Any]
+    model_e_s: Array
+    normalised_residuals: Array
+    model_toml: str
+
+    @property
+    def converged(self) -> bool:
+        """True if R-hat < 1.01 and ESS > 400 for every quantity."""
+        return bool(self.statistics["converged"])
+
+    @property
+    def good_fit(self) -> bool:
+        """True if the model describes the image."""
+        return bool(self.statistics["good_fit"])
+
+    def __repr__(self) -> str:
+        verdict = "converged" if self.converged else "not converged"
+        return f"<haloray.Fit: {len(self.parameters)} quantities, {verdict}, good fit: {self.good_fit}>"
+
+    def summary(self) -> str:
+        """The posterior as a person reads it."""
+        lines = [f"{'parameter':<24} {'median':>11} {'best fit':>11} {'68% interval':>24} {'R-hat':>8} {'ESS':>8}"]
+        for own in self.parameters.values():
+            interval = f"[{own.hpd68_low:.5f}, {own.hpd68_high:.5f}]"
+            edge = "" if own.bounded else "  reaches its prior's edge"
+            ess = min(own.ess_bulk, own.ess_tail)
+            lines.append(
+                f"{own.name:<24} {own.median:>11.5f} {own.best_fit:>11.5f} {interval:>24} {own.r_hat:>8.4f} {ess:>8.0f}{edge}"
+            )
+        lines += [f"warning: {warning}" for warning in self.statistics["warnings"]]
+        verdict = "converged" if self.converged else "NOT CONVERGED"
+        describes = "good fit" if self.good_fit else "NOT A GOOD FIT"
+        lines.append(f"{verdict}, {describes}: χ²/dof {self.statistics['chi2_reduced']:.3f}")
+        return "\n".join(lines)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """One row a quantity."""
+        import pandas
+
+        rows = [[getattr(own, field.name) for field in fields(Parameter)] for own in self.parameters.values()]
+        return pandas.DataFrame(rows, columns=[field.name for field in fields(Parameter)]).set_index("name")
+
+    def to_arviz(self) -> Any:
+        """ArviZ's object: ``InferenceData`` of ArviZ 0.x, ``DataTree`` of 1.x."""
+        return to_arviz(self.posterior, self.sample_stats)
+
+
+def to_arviz(posterior: Mapping[str, Array], sample_stats: Mapping[str, Array]) -> Any:
+    """ArviZ's object of draws by name."""
+    try:
+        import arviz
+    except ImportError as error:
+        raise ImportError("to_arviz needs ArviZ: pip install arviz") from error
+    groups = {"posterior": dict(posterior), "sample_stats": dict(sample_stats)}
+    from_dict: Any = arviz.from_dict
+    return from_dict(**groups) if int(arviz.__version__.split(".")[0]) < 1 else from_dict(groups)
+
+
+#: An image, the path of a FITS file, an Observation, or an Image of :func:`image`.
+ObservationLike = Union[Observation, Image, str, "os.PathLike[str]"]
+
+
+def fit(
+    image: ObservationLike,
+    model: str | os.PathLike[str] | Mapping[str, Any] = "tidal-minimal",
+    *,
+    sampler: str = "valley",
+    seed: int = 1,
+    min_ess: float = 400.0,
+    max_draws: int | None = None,
+    likelihood: str | None = None,
+    pixel_sampling: str | None = None,
+    haloes: LineOfSight | None = None,
+    z_lens: float | None = None,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: Progress = None,
+) -> Fit:
+    """Fit a lensed image; the start is found from image and priors alone.
+
+    Parameters
+    ----------
+    image : Observation, Image, or path
+        What to fit.
+    model : str, path or mapping
+        A built-in model (``haloray.models()``), the path of a TOML file, a TOML text, or its sections as dictionaries.
+    sampler : {"valley", "nuts", "ensemble-slice", "stretch", "nested"}
+        How to sample.
+    seed : int
+        Seed of everything random.
+    min_ess : float
+        Effective draws of every quantity before which sampling goes on, at least 400.
+    max_draws : int, optional
+        Draws of a chain or walker after which sampling stops, converged or not.
+    likelihood : {"gaussian", "lenstronomy"}, optional
+        Instead of the model's.
+    pixel_sampling : {"point", "adaptive"}, optional
+        Instead of what the image or the model says.
+    haloes : LineOfSight, optional
+        Of a model whose line of sight is made of haloes.
+    z_lens : float, optional
+        Redshift of the lens among those haloes; the image's if left out.
+    output : path, optional
+        A folder for summary, posterior.nc and figures.
+    overwrite : bool
+        Whether files there that no earlier fit wrote may be replaced.
+    progress : bool or callable, optional
+        See :func:`populate`.
+
+    Raises
+    ------
+    InputError
+        An image, a model or priors that cannot be.
+    KeyboardInterrupt
+        Soon after Ctrl-C.
+    """
+    if not 400.0 <= number("min_ess", min_ess) < float("inf"):
+        raise refuse("min_ess", min_ess, "at least 400 and finite")
+    options = SimpleNamespace(
+        sampler=sampler,
+        seed=whole("seed", seed),
+        min_ess=number("min_ess", min_ess),
+        max_draws=None if max_draws is None else whole("max_draws", max_draws, 4, 2**31),
+        likelihood=likelihood,
+        pixel_sampling=pixel_sampling,
+        output=None if output is None else os.fspath(output),
+        overwrite=bool(overwrite),
+    )
+    form, text = _description(model)
+    if haloes is not None and not isinstance(haloes, LineOfSight):
+        raise refuse("haloes", haloes, "a haloray.LineOfSight")
+    through = None if haloes is None else (haloes._native, optional("z_lens", z_lens))
+    found = _fit(_observation(image)._native, form, text, options, through, callback(progress))
+    for complaint in found["complaints"]:
+        warnings.warn(complaint, stacklevel=2)
+    return fit_of(found)
+
+
+def fit_of(found: dict[str, Any]) -> Fit:
+    """A fit from what the native side has found."""
+    statistics = json.loads(found["summary"])
+    names = {field.name for field in fields(Parameter)}
+    parameters = {
+        own["name"]: Parameter(**{name: value for name, value in own.items() if name in names})
+        for own in statistics.pop("parameters")
+    }
+    return Fit(
+        parameters,
+        found["posterior"],
+        found["sample_stats"],
+        statistics,
+        found["model_e_s"],
+        found["normalised_residuals"],
+        found["model_toml"],
+    )
+
+
+def _observation(image: ObservationLike) -> Observation:
+    if isinstance(image, Observation):
+        return image
+    if isinstance(image, Image):
+        import tempfile
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "image.fits")
+            image.write(path)
+            return Observation.read(path)
+    if isinstance(image, (str, os.PathLike)):
+        return Observation.read(image)
+    raise refuse("image", image, "an Observation, an Image, or the path of a FITS file")
+
+
+def _description(model: Any) -> tuple[str, str]:
+    if isinstance(model, Mapping):
+        return "json", as_json("model", model)
+    if isinstance(model, str) and "\n" in model:
+        return "toml", model
+    if isinstance(model, (str, os.PathLike)):
+        path = os.fspath(model)
+        if not path.lower().endswith(".toml"):
+            return "name", path
+        try:
+            with open(path, encoding="utf-8") as file:
+                return "toml", file.read()
+        except UnicodeDecodeError as error:
+            raise InputError(f"{path} is not a TOML file: not UTF-8 text") from error
+    raise refuse("model", model, "a model's name, the path of a TOML file, a TOML text or a dictionary")
+
+
+__all__ = ["Fit", "Observation", "Parameter", "fit", "model_text", "models", "to_arviz"]

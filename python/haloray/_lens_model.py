@@ -1,0 +1,407 @@
+"""lenstronomy's ``LensModel``, evaluated by haloray."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ._cosmology import parameters
+from ._errors import InputError
+from ._haloray import Lens, lens_model_names
+from ._units import Array, Points, number, optional, refuse, whole
+
+#: Names that a ``lens_model_list`` may hold.
+LENS_MODELS: tuple[str, ...] = tuple(lens_model_names)
+
+Kwargs = Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class PointImages:
+    """The images of a point source, in order of arrival.
+
+    Attributes
+    ----------
+    theta_arcsec : ndarray, shape (n, 2)
+        Directions.
+    jacobian : ndarray, shape (n, 2, 2)
+        A = ∂β/∂θ.
+    magnification, delay_days : ndarray, shape (n,)
+        1/det A, negative for mirrored images; arrival after the first, not a number without redshifts.
+    kind : list of str
+        ``minimum``, ``saddle`` or ``maximum`` of the arrival time.
+    is_complete : bool
+        Whether parities add up to the winding of β − β_s along the edge of the window, as they must when none is missing.
+    doubt : str or None
+        Why not, in words.
+    """
+
+    theta_arcsec: Array
+    jacobian: Array
+    magnification: Array
+    delay_days: Array
+    kind: list[str]
+    is_complete: bool
+    doubt: str | None
+
+
+@dataclass(frozen=True)
+class CriticalCurve:
+    """A critical curve with its caustic, vertex by vertex.
+
+    Attributes
+    ----------
+    kind : {"tangential", "radial"}
+        Which eigenvalue vanishes.
+    closed : bool
+        False where it leaves the window.
+    theta_arcsec, beta_arcsec : ndarray, shape (n, 2)
+        The curve, and the caustic.
+    area_arcsec2 : float
+        Inside the curve.
+    """
+
+    kind: str
+    closed: bool
+    theta_arcsec: Array
+    beta_arcsec: Array
+    area_arcsec2: float
+
+
+class LensModel:
+    """A drop-in for ``lenstronomy.LensModel.lens_model.LensModel``: same names, arguments and conventions.
+
+    Parameters
+    ----------
+    lens_model_list : list of str
+        Profiles of ``haloray.LENS_MODELS``, and at most one line-of-sight model.
+    z_lens, z_source : float, optional
+        Redshifts, for delays.
+    lens_redshift_list : list of float, optional
+        With ``multi_plane=True`` the redshift of every profile; deflections are reduced to the source.
+    cosmo : optional
+        An astropy ``FlatLambdaCDM`` without radiation, or (H0 in km/s/Mpc, Ωm); (67.4, 0.315) if left out.
+    multi_plane : bool
+        A plane for every redshift.
+    **unsupported
+        lenstronomy's other arguments are refused unless they have their default.
+
+    Notes
+    -----
+    Derivatives are analytic, whatever ``diff`` says. Angles may be Quantities. Where results differ from lenstronomy's, and who
+    is right, is in docs/LENSTRONOMY.md.
+
+    Examples
+    --------
+    >>> import haloray as hr
+    >>> lens = hr.LensModel(["EPL", "SHEAR"])
+    >>> kwargs = [{"theta_E": 1.5, "gamma": 2.0, "e1": 0.0, "e2": 0.0}, {"gamma1": 0.0, "gamma2": 0.0}]
+    >>> lens.ray_shooting(3.0, 0.0, kwargs)
+    (1.5, 0.0)
+    """
+
+    def __init__(
+        self,
+        lens_model_list: Sequence[str],
+        z_lens: float | None = None,
+        z_source: float | None = None,
+        lens_redshift_list: Sequence[float] | None = None,
+        cosmo: Any = None,
+        multi_plane: bool = False,
+        **unsupported: Any,
+    ) -> None:
+        _refuse_unsupported(unsupported, z_source)
+        if isinstance(lens_model_list, str) or not all(isinstance(name, str) for name in lens_model_list):
+            raise refuse("lens_model_list", lens_model_list, "a list of names")
+        self.lens_model_list: list[str] = list(lens_model_list)
+        self.multi_plane = bool(multi_plane)
+        self.z_lens, self.z_source = optional("z_lens", z_lens), optional("z_source", z_source)
+        self.redshift_list = None if lens_redshift_list is None else [number("redshift", z) for z in lens_redshift_list]
+        if self.multi_plane and self.redshift_list is None:
+            raise InputError("lens_redshift_list is missing, but must be given with multi_plane=True")
+        self.cosmo = cosmo
+        self._static: Kwargs | None = None
+        self._native = self._lens()
+
+    def _lens(self) -> Lens:
+        redshifts = self.redshift_list if self.multi_plane else None
+        return Lens(self.lens_model_list, self.z_lens, self.z_source, redshifts, parameters(self.cosmo))
+
+    def __repr__(self) -> str:
+        return f"<haloray.LensModel: {', '.join(self.lens_model_list)}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        arguments = (self.lens_model_list, self.z_lens, self.z_source, self.redshift_list, self.cosmo, self.multi_plane)
+        return LensModel, arguments, {"_static": self._static}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self._static = state["_static"]
+
+    def ray_shooting(self, x: Any, y: Any, kwargs: Kwargs, k: Any = None) -> tuple[Any, Any]:
+        """Source positions β of image positions θ.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs : list of dict
+            The arguments of each model of the list.
+        k : int or list of int, optional
+            Only these profiles; the model of the line of sight is not counted and always there.
+
+        Returns
+        -------
+        tuple
+            β_x, β_y in arcsec, in the shape of x.
+
+        Raises
+        ------
+        InputError
+            Arguments missing, unknown or outside their domain; shapes that do not go together; numbers not finite.
+        """
+        if isinstance(x, float) and isinstance(y, float) and k is None and self._static is None:
+            try:
+                return self._native.ray(x, y, kwargs, None)
+            except InputError:
+                if not _has_quantities(kwargs):
+                    raise
+        points = Points(("x", "y"), x, y)
+        beta_x, beta_y, _, _ = self._trace(points, kwargs, k, 0)
+        return points.shaped(beta_x), points.shaped(beta_y)
+
+    def alpha(self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None) -> tuple[Any, Any]:
+        """Deflection α = θ − β, arcsec; see :meth:`ray_shooting`."""
+        points = Points(("x", "y"), x, y)
+        beta_x, beta_y, _, _ = self._trace(points, kwargs, k, 0)
+        return points.shaped(points.x - beta_x), points.shaped(points.y - beta_y)
+
+    def hessian(
+        self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
+    ) -> tuple[Any, Any, Any, Any]:
+        """f_xx, f_xy, f_yx, f_yy with f_ij = ∂α_i/∂θ_j; see :meth:`ray_shooting`."""
+        points = Points(("x", "y"), x, y)
+        _, _, jacobian, _ = self._trace(points, kwargs, k, 1)
+        assert jacobian is not None
+        shaped = points.shaped
+        return (
+            shaped(1.0 - jacobian[:, 0, 0]),
+            shaped(-jacobian[:, 0, 1]),
+            shaped(-jacobian[:, 1, 0]),
+            shaped(1.0 - jacobian[:, 1, 1]),
+        )
+
+    def kappa(
+        self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
+    ) -> Any:
+        """Convergence ½(f_xx + f_yy)."""
+        f_xx, _, _, f_yy = self.hessian(x, y, kwargs, k)
+        return 0.5 * (f_xx + f_yy)
+
+    def curl(
+        self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
+    ) -> Any:
+        """f_xy − f_yx."""
+        _, f_xy, f_yx, _ = self.hessian(x, y, kwargs, k)
+        return f_xy - f_yx
+
+    def gamma(
+        self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
+    ) -> tuple[Any, Any]:
+        """Shear γ1 = ½(f_xx − f_yy), γ2 = f_xy."""
+        f_xx, f_xy, _, f_yy = self.hessian(x, y, kwargs, k)
+        return 0.5 * (f_xx - f_yy), f_xy
+
+    def magnification(
+        self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
+    ) -> Any:
+        """1/det A, A_ij = δ_ij − f_ij; infinite on critical curves."""
+        f_xx, f_xy, f_yx, f_yy = self.hessian(x, y, kwargs, k)
+        with np.errstate(divide="ignore"):
+            magnification = 1.0 / np.asarray((1 - f_xx) * (1 - f_yy) - f_xy * f_yx)
+        return magnification if magnification.ndim else float(magnification)
+
+    def flexion(
+        self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float = 1e-4, hessian_diff: bool = False
+    ) -> tuple[Any, Any, Any, Any]:
+        """f_xxx, f_xxy, f_xyy, f_yyy per arcsec, as lenstronomy has them: ∂f_xx/∂x, ∂f_xx/∂y, ∂f_xy/∂y, ∂f_yy/∂y."""
+        points = Points(("x", "y"), x, y)
+        _, _, _, second = self._trace(points, kwargs, k, 2)
+        assert second is not None
+        shaped = points.shaped
+        return (
+            shaped(-second[:, 0, 0, 0]),
+            shaped(-second[:, 0, 0, 1]),
+            shaped(-second[:, 0, 1, 1]),
+            shaped(-second[:, 1, 1, 1]),
+        )
+
+    def potential(self, x: Any, y: Any, kwargs: Kwargs, k: Any = None) -> Any:
+        """Lensing potential of the profiles of one plane, arcsec², zero at their centres; the line of sight has none."""
+        points = Points(("x", "y"), x, y)
+        return points.shaped(self._native.potential(points.x, points.y, self._numbers(kwargs), self._only(k)))
+
+    def fermat_potential(
+        self, x_image: Any, y_image: Any, kwargs_lens: Kwargs, x_source: Any = None, y_source: Any = None
+    ) -> Any:
+        """Fermat potential, arcsec², of a source at (x_source, y_source) or else of each ray's own.
+
+        With many planes it is the arrival time over the time-delay distance of ``z_lens``.
+        """
+        points = Points(("x_image", "y_image"), x_image, y_image)
+        if self.multi_plane:
+            if self.z_lens is None:
+                raise InputError("z_lens is missing, but must be given: it sets the time-delay distance of many planes")
+            return self.arrival_time(x_image, y_image, kwargs_lens) / self._native.days_per_arcsec2(self.z_lens)
+        source = None
+        if x_source is not None and y_source is not None:
+            source = _source_of(points, x_source, y_source)
+        numbers = self._numbers(kwargs_lens)
+        return points.shaped(self._native.fermat_potential(points.x, points.y, numbers, source))
+
+    def arrival_time(
+        self,
+        x_image: Any,
+        y_image: Any,
+        kwargs_lens: Kwargs,
+        kappa_ext: float = 0,
+        x_source: Any = None,
+        y_source: Any = None,
+    ) -> Any:
+        """Arrival time in days, up to a constant; needs ``z_lens`` and ``z_source``, or redshifts of many planes."""
+        factor = 1.0 - number("kappa_ext", kappa_ext)
+        if not self.multi_plane and x_source is not None and y_source is not None:
+            days = self._native.days_per_arcsec2(self.z_lens)
+            return self.fermat_potential(x_image, y_image, kwargs_lens, x_source, y_source) * (days * factor)
+        points = Points(("x_image", "y_image"), x_image, y_image)
+        return points.shaped(self._native.delay_days(points.x, points.y, self._numbers(kwargs_lens)) * factor)
+
+    def point_source_images(
+        self, x_source: float, y_source: float, kwargs: Kwargs, half_width_arcsec: float = 5.0
+    ) -> PointImages:
+        """All images of a point source, faint central ones included, and whether the count proves them complete.
+
+        Parameters
+        ----------
+        x_source, y_source : float
+            The source, arcsec.
+        kwargs : list of dict
+            See :meth:`ray_shooting`.
+        half_width_arcsec : float
+            Half the side of the window that is searched; widened where images may lie outside.
+        """
+        source = (number("x_source", x_source, "arcsec"), number("y_source", y_source, "arcsec"))
+        half = number("half_width_arcsec", half_width_arcsec, "arcsec")
+        return PointImages(**self._native.point_images(source, self._numbers(kwargs), half))
+
+    def critical_curves(self, kwargs: Kwargs, half_width_arcsec: float = 5.0) -> list[CriticalCurve]:
+        """Critical curves and caustics, largest first."""
+        half = number("half_width_arcsec", half_width_arcsec, "arcsec")
+        return [CriticalCurve(**own) for own in self._native.critical_curves(self._numbers(kwargs), half)]
+
+    def einstein_radius(self, kwargs: Kwargs, centre_arcsec: tuple[float, float] | None = None) -> float | None:
+        """Radius of the circle of mean convergence one about a centre, the first profile's if left out; None if there is none."""
+        centre = None
+        if centre_arcsec is not None:
+            x, y = centre_arcsec
+            centre = (number("centre_arcsec[0]", x, "arcsec"), number("centre_arcsec[1]", y, "arcsec"))
+        return self._native.einstein_radius(self._numbers(kwargs), centre)
+
+    def warnings(self, kwargs: Kwargs) -> list[str]:
+        """Where results of these arguments differ from lenstronomy's on purpose."""
+        return self._native.warnings(self._numbers(kwargs))
+
+    def check_parameters(self, kwargs_list: Kwargs) -> None:
+        """Raise :class:`InputError` unless every model has its arguments, each in its domain."""
+        self._native.warnings(self._numbers(kwargs_list))
+
+    def set_static(self, kwargs: Kwargs) -> Kwargs:
+        """Keep these arguments for all calls to come."""
+        self.check_parameters(kwargs)
+        self._static = [dict(model) for model in kwargs]
+        return kwargs
+
+    def set_dynamic(self) -> None:
+        """Take the arguments of each call again."""
+        self._static = None
+
+    def _trace(
+        self, points: Points, kwargs: Kwargs, k: Any, order: int
+    ) -> tuple[Array, Array, Array | None, Array | None]:
+        return self._native.trace(points.x, points.y, self._numbers(kwargs), self._only(k), order)
+
+    def _numbers(self, kwargs: Kwargs) -> Kwargs:
+        """The arguments as the native side reads them: quantities as numbers."""
+        kwargs = kwargs if self._static is None else self._static
+        return _without_quantities(kwargs) if _has_quantities(kwargs) else kwargs
+
+    def _only(self, k: Any) -> list[int] | None:
+        if k is None:
+            return None
+        if isinstance(k, (list, tuple, np.ndarray)):
+            if len(k) > 0 and all(isinstance(own, (bool, np.bool_)) for own in k):
+                return [i for i, own in enumerate(k) if own]
+            return [whole("k", own) for own in k]
+        return [whole("k", k)]
+
+
+def _source_of(points: Points, x: Any, y: Any) -> tuple[Array, Array]:
+    source = Points(("x_source", "y_source"), x, y)
+    try:
+        columns = [np.broadcast_to(own.reshape(source.shape), points.shape).reshape(-1) for own in (source.x, source.y)]
+    except ValueError as error:
+        raise InputError(
+            f"x_source is of shape {source.shape}, but must have that of x_image, {points.shape}, or be a number"
+        ) from error
+    return np.ascontiguousarray(columns[0]), np.ascontiguousarray(columns[1])
+
+
+def _has_quantities(kwargs: Any) -> bool:
+    try:
+        return any(hasattr(value, "to_value") for model in kwargs for value in model.values())
+    except (AttributeError, TypeError):
+        return False
+
+
+def _without_quantities(kwargs: Kwargs) -> Kwargs:
+    def plain(name: str, value: Any) -> Any:
+        if not hasattr(value, "to_value"):
+            return value
+        kind = str(getattr(getattr(value, "unit", None), "physical_type", ""))
+        return number(name, value, "arcsec" if "angle" in kind else None)
+
+    return [{name: plain(name, value) for name, value in model.items()} for model in kwargs]
+
+
+_DEFAULTS: dict[str, Any] = {
+    "observed_convention_index": None,
+    "z_source_convention": None,
+    "z_lens_convention": None,
+    "cosmo_interp": False,
+    "z_interp_stop": None,
+    "num_z_interp": 100,
+    "profile_kwargs_list": None,
+    "decouple_multi_plane": False,
+    "kwargs_multiplane_model": None,
+    "distance_ratio_sampling": False,
+    "cosmology_sampling": False,
+    "cosmology_model": "FlatLambdaCDM",
+    "use_jax": False,
+}
+#: Arguments that only say how lenstronomy computes.
+_HARMLESS = ("cosmo_interp", "z_interp_stop", "num_z_interp", "use_jax")
+
+
+def _refuse_unsupported(unsupported: dict[str, Any], z_source: Any) -> None:
+    for name, value in unsupported.items():
+        if name not in _DEFAULTS:
+            raise TypeError(f"LensModel has no argument {name}")
+        if name in _HARMLESS or (name == "z_source_convention" and value == z_source):
+            continue
+        if value is not None and value != _DEFAULTS[name]:
+            raise refuse(name, value, f"{_DEFAULTS[name]!r}: haloray.LensModel does not have it")
+
+
+__all__ = ["LENS_MODELS", "CriticalCurve", "LensModel", "PointImages"]

@@ -1,0 +1,108 @@
+"""Realisations of pyHalo as haloes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ._errors import InputError
+from ._haloes import Haloes
+from ._units import number
+
+_FIELDS = {
+    "Rs": "r_s_arcsec",
+    "alpha_Rs": "alpha_rs_arcsec",
+    "center_x": "theta_x_arcsec",
+    "center_y": "theta_y_arcsec",
+    "r_trunc": "r_trunc_arcsec",
+}
+
+
+def from_pyhalo(
+    realization: Any, z_source: float | None = None, cosmology: Any = None
+) -> tuple[Haloes, list[tuple[float, float]]]:
+    """Haloes of a pyHalo realisation, with its sheets of negative convergence.
+
+    Parameters
+    ----------
+    realization : pyHalo realisation
+        Its haloes must be NFW or truncated NFW (``TNFW``), as in its CDM and WDM presets.
+    z_source : float, optional
+        Redshift of the source; the realisation's if left out.
+    cosmology : optional
+        See :meth:`Haloes.from_columns`; that of the realisation if left out. Radiation is left out of distances.
+
+    Returns
+    -------
+    haloes : Haloes
+        The haloes, by their angles.
+    sheets : list of (float, float)
+        Redshift and convergence κ < 0 of each sheet, reduced to the source, as the realisation gives lenstronomy them.
+
+    Notes
+    -----
+    :class:`LineOfSight` puts sheets of its own in the planes of haloes; ``sheets="none"`` leaves them out. The realisation
+    with its own sheets is ``LensModel(models, z_source=…, lens_redshift_list=redshifts, multi_plane=True)`` of its lists.
+
+    Raises
+    ------
+    InputError
+        A profile that is neither NFW nor TNFW.
+    """
+    own = getattr(realization, "astropy_instance", None)
+    if cosmology is None and own is not None:
+        cosmology = (number("H0", own.H0, "km / (s Mpc)"), number("Om0", own.Om0))
+    models, redshifts, kwargs, _ = realization.lensing_quantities(add_mass_sheet_correction=True)
+    z_source = number("z_source", realization.lens_cosmo.z_source if z_source is None else z_source)
+    return from_lens_models(models, redshifts, kwargs, z_source, cosmology)
+
+
+def from_lens_models(
+    models: list[str], redshifts: Any, kwargs: list[dict[str, float]], z_source: float, cosmology: Any = None
+) -> tuple[Haloes, list[tuple[float, float]]]:
+    """Haloes and sheets of lenstronomy's keyword lists: ``NFW``, ``TNFW`` and ``CONVERGENCE``."""
+    if not len(models) == len(redshifts) == len(kwargs):
+        raise InputError(
+            f"there are {len(models)} models, {len(redshifts)} redshifts and {len(kwargs)} sets of arguments, "
+            "but must be as many of each"
+        )
+    columns: dict[str, list[float]] = {"z": [], **{name: [] for name in _FIELDS.values()}}
+    sheets: list[tuple[float, float]] = []
+    for name, z, own in zip(models, redshifts, kwargs):
+        if name == "CONVERGENCE":
+            sheets.append((float(z), float(own["kappa"])))
+            continue
+        if name not in ("NFW", "TNFW"):
+            raise InputError(f"a profile is {name}, but must be NFW or TNFW, or the sheet CONVERGENCE")
+        columns["z"].append(float(z))
+        for theirs, ours in _FIELDS.items():
+            default = np.inf if theirs == "r_trunc" else 0.0 if theirs.startswith("center") else None
+            value = own.get(theirs, default)
+            if value is None:
+                raise InputError(f"argument {theirs} of {name} is missing, but must be given")
+            columns[ours].append(float(value))
+    return Haloes.from_columns(columns, z_source, cosmology), sheets
+
+
+def to_lens_models(haloes: Haloes) -> tuple[list[str], list[float], list[dict[str, float]]]:
+    """lenstronomy's ``lens_model_list``, ``lens_redshift_list`` and ``kwargs_lens`` of haloes, for its multi-plane mode."""
+    truncation = haloes.r_trunc_arcsec
+    names: list[str] = []
+    kwargs: list[dict[str, float]] = []
+    for i in range(len(haloes)):
+        own = {
+            "Rs": float(haloes.r_s_arcsec[i]),
+            "alpha_Rs": float(haloes.alpha_rs_arcsec[i]),
+            "center_x": float(haloes.theta_x_arcsec[i]),
+            "center_y": float(haloes.theta_y_arcsec[i]),
+        }
+        is_truncated = truncation is not None and np.isfinite(truncation[i])
+        if is_truncated:
+            own["r_trunc"] = float(truncation[i])
+        names.append("TNFW" if is_truncated else "NFW")
+        kwargs.append(own)
+    return names, [float(z) for z in haloes.z], kwargs
+
+
+__all__ = ["from_lens_models", "from_pyhalo", "to_lens_models"]

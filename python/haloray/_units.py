@@ -1,0 +1,112 @@
+"""Numbers, arrays and quantities at the border: what comes in is a float64 column or an error that names the argument."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._errors import InputError
+
+Array = NDArray[np.float64]
+
+
+def refuse(name: str, value: object, allowed: str) -> InputError:
+    """The error of an argument that is something else than allowed."""
+    text = repr(value)
+    return InputError(f"{name} is {text if len(text) < 80 else text[:77] + '...'}, but must be {allowed}")
+
+
+def _plain(name: str, value: Any, unit: str | None) -> Any:
+    """A quantity as numbers of ``unit``; anything else as it is."""
+    if not (hasattr(value, "to_value") and hasattr(value, "unit")):
+        return value
+    try:
+        return value.to_value(unit or "")
+    except (TypeError, ValueError) as error:
+        raise refuse(name, value, f"in {unit or 'no unit'}") from error
+
+
+def array(name: str, value: Any, unit: str | None = None) -> Array:
+    """``value`` as a contiguous float64 array in native byte order, of any shape; not copied where it is one already."""
+    value = _plain(name, value, unit)
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise InputError(f"{name} has masked values, but must have none")
+    try:
+        found = np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise refuse(name, value, "an array of numbers") from error
+    if found.dtype.kind not in "fiu":
+        raise InputError(f"{name} is an array of {found.dtype}, but must be of real numbers")
+    # numpy makes a 0-d array one of one number here.
+    return np.ascontiguousarray(found, dtype=np.float64).reshape(found.shape)
+
+
+def column(name: str, value: Any, unit: str | None = None) -> Array:
+    """``value`` as a column of float64."""
+    found = array(name, value, unit)
+    if found.ndim != 1:
+        raise InputError(f"{name} is of shape {found.shape}, but must have one dimension")
+    return found
+
+
+def image(name: str, value: Any, unit: str | None = None) -> Array:
+    """``value`` as a square image (y, x) of float64."""
+    found = array(name, value, unit)
+    if found.ndim != 2 or found.shape[0] != found.shape[1] or found.size == 0:
+        raise InputError(f"{name} is of shape {found.shape}, but must be square, (n, n)")
+    return found
+
+
+def number(name: str, value: Any, unit: str | None = None) -> float:
+    """``value`` as one float."""
+    value = _plain(name, value, unit)
+    if isinstance(value, (str, bytes, bool)):
+        raise refuse(name, value, "a number")
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise refuse(name, value, "a number") from error
+
+
+def optional(name: str, value: Any, unit: str | None = None) -> float | None:
+    """``value`` as one float, or None."""
+    return None if value is None else number(name, value, unit)
+
+
+def whole(name: str, value: Any, low: int = 0, high: int = 2**63 - 1) -> int:
+    """``value`` as an integer from ``low`` to ``high``."""
+    try:
+        found = operator.index(value)
+    except TypeError as error:
+        raise refuse(name, value, "a whole number") from error
+    if isinstance(value, bool) or not low <= found <= high:
+        raise refuse(name, value, f"a whole number from {low} to {high}")
+    return found
+
+
+class Points:
+    """Directions on the sky: two arrays of one shape, or two numbers, as columns and back."""
+
+    __slots__ = ("shape", "x", "y")
+
+    def __init__(self, names: tuple[str, str], x: Any, y: Any) -> None:
+        first, second = array(names[0], x, "arcsec"), array(names[1], y, "arcsec")
+        if first.shape != second.shape:
+            try:
+                first, second = np.broadcast_arrays(first, second)
+            except ValueError as error:
+                raise InputError(
+                    f"{names[1]} is of shape {second.shape}, but must have that of {names[0]}, {first.shape}"
+                ) from error
+        self.shape: tuple[int, ...] = first.shape
+        self.x: Array = np.ascontiguousarray(first.reshape(-1))
+        self.y: Array = np.ascontiguousarray(second.reshape(-1))
+
+    def shaped(self, values: Array) -> Any:
+        """Values of the points, the first axis of ``values``, in the shape that the points came in."""
+        if self.shape == () and values.ndim == 1:
+            return float(values[0])
+        return values.reshape(self.shape + values.shape[1:])

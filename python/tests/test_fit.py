@@ -1,0 +1,97 @@
+"""A small fit: the truth is found, the same seed gives the same draws, and results pickle."""
+
+import contextlib
+import pickle
+import subprocess
+
+import numpy as np
+import pytest
+
+import haloray as hr
+
+MODEL = """
+name = "ring"
+about = "An isothermal sphere and a round source."
+pixel_sampling = "point"
+
+[[lens]]
+profile = "SIS"
+[lens.parameters]
+theta_E = { uniform = [0.5, 2.0] }
+
+[[source]]
+profile = "SERSIC"
+[source.parameters]
+R_sersic = 0.2
+n_sersic = 1.0
+center_x = { uniform = [-0.3, 0.3] }
+center_y = 0.0
+"""
+
+
+def observation():
+    n, scale, rng = 16, 0.2, np.random.default_rng(4)
+    axis = scale * (np.arange(n) - (n - 1) / 2)
+    x, y = np.meshgrid(axis, axis)
+    beta_x, beta_y = hr.LensModel(["SIS"]).ray_shooting(x, y, [{"theta_E": 1.1}])
+    flux = 5.0 * np.exp(-1.6721 * (np.hypot(beta_x - 0.08, beta_y) / 0.2 - 1.0)) * scale**2
+    noise = np.sqrt(0.01**2 + flux / 2000.0) * rng.normal(size=flux.shape)
+    return hr.Observation(flux + noise, pixel_scale_arcsec=scale, background_rms_e_s=0.01, exposure_s=2000.0)
+
+
+def test_a_fit(tmp_path):
+    told = []
+    fit = hr.fit(observation(), MODEL, seed=3, output=tmp_path / "fit", progress=lambda *what: told.append(what))
+    assert fit.converged and fit.good_fit, fit.summary()
+    for name, truth in [("lens.theta_E", 1.1), ("source.center_x", 0.08)]:
+        own = fit.parameters[name]
+        assert abs(own.median - truth) < 5.0 * own.standard_deviation and own.standard_deviation < 0.01
+        assert np.median(fit.posterior[name]) == pytest.approx(own.median)
+    assert fit.posterior["lens.theta_E"].shape == fit.sample_stats["lp"].shape
+    assert "lens.theta_E" in fit.summary() and told
+    again = pickle.loads(pickle.dumps(fit))
+    assert np.array_equal(again.model_e_s, fit.model_e_s) and again.parameters == fit.parameters
+    posterior = hr.read(tmp_path / "fit" / "posterior.nc")
+    assert np.array_equal(posterior.posterior["lens.theta_E"], fit.posterior["lens.theta_E"])
+    repeated = hr.fit(observation(), MODEL, seed=3)
+    assert np.array_equal(repeated.posterior["lens.theta_E"], fit.posterior["lens.theta_E"])
+
+
+def test_models_are_told():
+    names = dict(hr.models())
+    assert "tidal-minimal" in names and "[[lens]]" in hr.model_text("tidal-minimal")
+    with pytest.raises(hr.InputError, match="the model is none"):
+        hr.fit(observation(), "none")
+    with pytest.raises(hr.InputError, match="haloes"):
+        hr.fit(observation(), "haloes")
+
+
+def test_draws_go_to_arviz():
+    arviz = pytest.importorskip("arviz")
+    draws = np.random.default_rng(1).normal(size=(4, 500))
+    found = hr.Posterior({"lens.theta_E": draws}, {"lens.theta_E": "arcsec"}).to_arviz()
+    assert np.array_equal(found.posterior["lens.theta_E"].values, draws)
+    assert float(arviz.summary(found)["r_hat"].iloc[0]) < 1.02
+
+
+def test_draws_are_those_of_the_command(command):
+    round_things = {"e1": 0.0, "e2": 0.0}
+    config = {
+        "haloes": {"min_point_shear": 3e-4},
+        "lens": {"einstein_radius_arcsec": 1.1, "slope": 2.0, **round_things},
+        "source": {"magnitude": 21.0, "radius_arcsec": 0.2, "sersic_index": 1.0, **round_things},
+        "image": {"pixels": 20, "pixel_sampling": "point"},
+        "instrument": {"pixel_scale_arcsec": 0.16},
+    }
+    image = hr.image(config, seed=1)
+    folder = command("populate", "small.toml", "-o", "unused.csv")
+    image.write(folder / "ring.fits")
+    (folder / "ring.toml").write_text(MODEL)
+    # Few draws have not converged, which the command tells by its exit code.
+    with contextlib.suppress(subprocess.CalledProcessError):
+        command("fit", "ring.fits", "--model", "ring.toml", "--seed", "3", "--max-draws", "8", "-o", "ring")
+    theirs = hr.read(folder / "ring" / "posterior.nc").posterior
+    ours = hr.fit(image, folder / "ring.toml", seed=3, max_draws=8)
+    assert set(theirs) == set(ours.posterior)
+    for name, draws in ours.posterior.items():
+        assert np.array_equal(draws, theirs[name]), name
