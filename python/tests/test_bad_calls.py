@@ -140,6 +140,15 @@ def test_unusual_arrays_give_the_right_result(sight, view):
         assert sight.ray_shooting(np.array([1, 2]), np.array([0, -1]))[0].shape == (2,)
 
 
+def test_no_rays_are_no_rays(sight):
+    nothing = sight.trace([], [], 2)
+    assert nothing.beta_x_arcsec.shape == (0,) and nothing.second_per_arcsec.shape == (0, 2, 2, 2)
+    assert sight.arrival_time([], []).shape == (0,)
+    exact = hr.LineOfSight(sight.haloes, accuracy_arcsec="exact")
+    assert exact.jacobian(np.zeros((0, 3)), np.zeros((0, 3))).shape == (0, 3, 2, 2)
+    assert hr.LensModel(["EPL"], 0.5, 1.5).arrival_time([], [], [KWARGS]).shape == (0,)
+
+
 def _read_only(a):
     a = a.copy()
     a.flags.writeable = False

@@ -1,8 +1,6 @@
 """A small fit: the truth is found, the same seed gives the same draws, and results pickle."""
 
-import contextlib
 import pickle
-import subprocess
 
 import numpy as np
 import pytest
@@ -72,26 +70,3 @@ def test_draws_go_to_arviz():
     found = hr.Posterior({"lens.theta_E": draws}, {"lens.theta_E": "arcsec"}).to_arviz()
     assert np.array_equal(found.posterior["lens.theta_E"].values, draws)
     assert float(arviz.summary(found)["r_hat"].iloc[0]) < 1.02
-
-
-def test_draws_are_those_of_the_command(command):
-    round_things = {"e1": 0.0, "e2": 0.0}
-    config = {
-        "haloes": {"min_point_shear": 3e-4},
-        "lens": {"einstein_radius_arcsec": 1.1, "slope": 2.0, **round_things},
-        "source": {"magnitude": 21.0, "radius_arcsec": 0.2, "sersic_index": 1.0, **round_things},
-        "image": {"pixels": 20, "pixel_sampling": "point"},
-        "instrument": {"pixel_scale_arcsec": 0.16},
-    }
-    image = hr.image(config, seed=1)
-    folder = command("populate", "small.toml", "-o", "unused.csv")
-    image.write(folder / "ring.fits")
-    (folder / "ring.toml").write_text(MODEL)
-    # Few draws have not converged, which the command tells by its exit code.
-    with contextlib.suppress(subprocess.CalledProcessError):
-        command("fit", "ring.fits", "--model", "ring.toml", "--seed", "3", "--max-draws", "8", "-o", "ring")
-    theirs = hr.read(folder / "ring" / "posterior.nc").posterior
-    ours = hr.fit(image, folder / "ring.toml", seed=3, max_draws=8)
-    assert set(theirs) == set(ours.posterior)
-    for name, draws in ours.posterior.items():
-        assert np.array_equal(draws, theirs[name]), name

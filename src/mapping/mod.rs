@@ -53,7 +53,7 @@ impl RayBundle {
             Ok(block)
         };
         // Few rays are not worth the way to other threads.
-        if theta_arcsec.len() <= rays {
+        if (1..=rays).contains(&theta_arcsec.len()) {
             return trace(theta_arcsec);
         }
         let blocks: Result<Vec<Self>> = theta_arcsec.par_chunks(rays).map(trace).collect();

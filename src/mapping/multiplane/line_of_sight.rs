@@ -374,6 +374,12 @@ mod tests {
     }
 
     #[test]
+    fn no_rays_are_traced_to_nothing() {
+        let rays = sight().observer_to_source().map(&[], Order::SecondDerivatives);
+        assert_eq!(rays, RayBundle::default());
+    }
+
+    #[test]
     fn a_segment_outlives_its_line_of_sight_and_can_be_sent_away() {
         let theta = [[0.4, -0.3]];
         let (segment, here) = {
