@@ -225,7 +225,7 @@ fn write_reconstruction(fit: &Fit, path: &Path, provenance: &Provenance) -> Resu
         ("data", used_data(fit), "electron/s", "the image, where it is used"),
         ("model", fit.image.model_e_s.clone(), "electron/s", "the best fit"),
     ] {
-        file.write_2d("image", name, &values, (n, n), unit, about)?;
+        file.write_with_gaps("image", name, &values, &[n, n], unit, about)?;
     }
     file.attribute("image", "pixel_scale_arcsec", observation.grid.pixel_scale_arcsec())?;
     file.close()

@@ -70,11 +70,6 @@ impl RunFile {
         self.write_array(group, name, data, &[shape.0, shape.1], unit, description)
     }
 
-    /// [`Self::write_1d`] for a user's own numbers, among which there may be gaps.
-    pub fn write_1d_with_gaps(&self, group: &str, name: &str, data: &[f64], unit: &str) -> Result<()> {
-        self.write_any(group, name, data, &[data.len()], unit, "")
-    }
-
     fn write_array(
         &self,
         group: &str,
@@ -85,10 +80,11 @@ impl RunFile {
         description: &str,
     ) -> Result<()> {
         refuse_non_finite(&self.path, &format!("{group}/{name}"), data)?;
-        self.write_any(group, name, data, shape, unit, description)
+        self.write_with_gaps(group, name, data, shape, unit, description)
     }
 
-    fn write_any(
+    /// Writes numbers of any shape, rows first, among which there may be gaps: a user's own, what is not used, what is undefined.
+    pub fn write_with_gaps(
         &self,
         group: &str,
         name: &str,
@@ -148,7 +144,7 @@ mod tests {
             error.ends_with("row 2, column rays/y: the result is inf, no finite number; nothing is written"),
             "{error}"
         );
-        run.write_1d_with_gaps("rays", "z", &[f64::NAN], "").unwrap();
+        run.write_with_gaps("rays", "z", &[f64::NAN], &[1], "", "").unwrap();
         let error = run.write_1d("rays", "x", &[2.0], "", "").unwrap_err().to_string();
         assert!(error.contains("dataset x exists already in /rays"), "{error}");
     }

@@ -62,7 +62,7 @@ fn write_haloes(file: &RunFile, run: &Simulation) -> Result<()> {
             // A radius of truncation may be infinite, and a user's own columns are kept as they are.
             Values::F64(values) => {
                 let unit = column.unit.as_deref().unwrap_or("");
-                file.write_1d_with_gaps("haloes", &column.name, values, unit)?;
+                file.write_with_gaps("haloes", &column.name, values, &[values.len()], unit, "")?;
             }
             Values::Text(values) => file.write_text("haloes", &column.name, values, "")?,
         }
@@ -158,7 +158,12 @@ fn write_distances(file: &RunFile, config: &Config) -> Result<()> {
 pub fn write_maps(file: &RunFile, group: &str, maps: &TidalMaps) -> Result<()> {
     let n = maps.grid.points;
     for (name, unit, values) in maps.columns() {
-        file.write_2d(group, name, values, (n, n), unit, "row-major (y, x), bottom row first")?;
+        let order = "row-major (y, x), bottom row first";
+        match name {
+            // Undefined where there is no shear on the axis.
+            "delta" => file.write_with_gaps(group, name, values, &[n, n], unit, order)?,
+            _ => file.write_2d(group, name, values, (n, n), unit, order)?,
+        }
     }
     let axis = &maps.on_axis.tidal;
     file.attribute(group, "kappa_on_axis", axis.kappa)?;

@@ -161,7 +161,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.h5");
         let file = RunFile::create(&path, &Provenance::new(None, "")).unwrap();
-        let four = [1.0, 2.0, 3.0, f64::NAN];
+        let four = [1.0, 2.0, 3.0, 4.0];
         file.write_2d("maps", "kappa", &four, (2, 2), "", "").unwrap();
         file.attribute("maps", "half_width_arcsec", 1.0).unwrap();
         for view in ["all_haloes", "tidal_haloes"] {
