@@ -12,7 +12,7 @@ use haloray::inference::{Fit, FitSettings, NoStore};
 use haloray::io::{Provenance, read_observation};
 use haloray::mapping::HaloSight;
 use haloray::mapping::tidal::LineOfSightKind;
-use haloray::report::{FitSummary, write_fit};
+use haloray::report::{FitSummary, RunRecord, write_fit};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -246,7 +246,12 @@ pub fn fit<'py>(
         let mut complaints = Vec::new();
         if let Some(staging) = staging {
             let provenance = Provenance::new(Some(options.seed), toml.clone());
-            write_fit(&fit, &summary, &[], &staging, "", &provenance)?;
+            let call = format!("haloray.fit(observation, \"model.toml\", seed={})", options.seed);
+            let record = RunRecord {
+                repeat: vec![call],
+                ..RunRecord::new("fit", &[], &description.about, &provenance)
+            };
+            write_fit(&fit, &summary, &[], &staging, "", &provenance, &record)?;
             complaints = staging.complaints();
             staging.commit()?;
         }

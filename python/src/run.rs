@@ -7,7 +7,7 @@ use haloray::imaging::{Exposure, Psf};
 use haloray::io::{Provenance, PsfKernel, Replace, Staging, write_atomically};
 use haloray::numerics::random::Stage;
 use haloray::pipeline::{self, Inputs, LensAndSource, Summary, View, line_of_sight};
-use haloray::report::{image_file, write_run};
+use haloray::report::{RunRecord, image_file, stage_page, write_run};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -121,7 +121,15 @@ pub fn simulate<'py>(
             summary.map_err(|e| haloray::Error::out_of_range("summary", e, "representable as JSON"))?;
         let mut complaints = Vec::new();
         if let Some(staging) = staging {
-            write_run(&simulation, &psf, &staging, &provenance(config, sightline)?)?;
+            let provenance = provenance(config, sightline)?;
+            write_run(&simulation, &psf, &staging, &provenance)?;
+            let call = format!(
+                "haloray.simulate(\"config.toml\", sightline={sightline}, output=\"simulate_again\")"
+            );
+            let about = "What every halo on one line of sight does to the image of a lens.";
+            let record =
+                RunRecord { repeat: vec![call], ..RunRecord::new("simulate", &[], about, &provenance) };
+            stage_page(&staging, "", &record)?;
             complaints = staging.complaints();
             staging.commit()?;
         }
