@@ -38,6 +38,9 @@ const FIRST: [&str; 27] = [
     "sampler",
 ];
 
+/// Parameters of a fit that come before all other numbers.
+const FITTED: [&str; 3] = ["gamma1_los", "gamma2_los", "lens.theta_E"];
+
 /// Significant digits of the first numbers.
 const FACT_DIGITS: usize = 4;
 /// Columns of a table of parameters that come first.
@@ -68,7 +71,8 @@ impl Numbers {
     /// Of a `summary.json`.
     pub fn of(summary: &Value) -> Self {
         let Some(object) = summary.as_object() else { return Self::default() };
-        let facts = FIRST.iter().filter_map(|path| fact(summary, path)).collect();
+        let fitted = FITTED.iter().filter_map(|name| fitted(summary, name));
+        let facts = fitted.chain(FIRST.iter().filter_map(|path| fact(summary, path))).collect();
         let mut tables: Vec<PageTable> =
             object.iter().filter_map(|(name, value)| of_list(name, value)).collect();
         tables.extend(beside_each_other(object));
@@ -80,6 +84,15 @@ impl Numbers {
 
 fn at<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
     path.split('.').try_fold(value, |value, name| value.get(name))
+}
+
+/// Median and 68% interval of a fitted parameter.
+fn fitted(summary: &Value, name: &str) -> Option<Fact> {
+    let parameters = summary.get("parameters")?.as_array()?;
+    let parameter = parameters.iter().find(|parameter| parameter["name"] == name)?;
+    let number = |key: &str| Some(number_text(parameter[key].as_f64()?, FACT_DIGITS));
+    let value = format!("{} [{}, {}]", number("median")?, number("hpd68_low")?, number("hpd68_high")?);
+    Some(Fact { label: label(name), value })
 }
 
 fn fact(summary: &Value, path: &str) -> Option<Fact> {
@@ -256,14 +269,15 @@ mod tests {
         let summary = serde_json::json!({
             "good_fit": false, "converged": true, "warnings": ["w"], "chi2_reduced": 2.09e1,
             "amplitudes": {"source": 3.5},
-            "parameters": [{"r_hat": 1.0, "name": "gamma1_los", "unit": "", "median": -0.012}]
+            "parameters": [{"r_hat": 1.0, "name": "gamma1_los", "unit": "", "median": -0.012,
+                "hpd68_low": -0.02, "hpd68_high": -0.004}]
         });
         let numbers = Numbers::of(&summary);
         assert_eq!(numbers.warnings.len(), 2);
         let facts: Vec<&str> = numbers.facts.iter().map(|fact| fact.value.as_str()).collect();
-        assert_eq!(facts, ["no", "yes", "20.90"]);
+        assert_eq!(facts, ["−0.01200 [−0.02000, −0.004000]", "no", "yes", "20.90"]);
         let row: Vec<&str> = numbers.tables[0].rows[0].iter().map(|cell| cell.text.as_str()).collect();
-        assert_eq!(row, ["gamma1_los", "", "−0.012000", "1"]);
+        assert_eq!(row, ["gamma1_los", "", "−0.012000", "−0.020000", "−0.0040000", "1"]);
         assert!(numbers.tables[1].rows.iter().any(|row| row[3].text == "amplitudes"));
     }
 
