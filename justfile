@@ -173,3 +173,9 @@ fuzz MINUTES="10" SEED="1":
 kills N="1000":
     cargo build --release
     python3 data/oracle/kills.py target/release/haloray {{N}} docs/RELIABILITY.md
+
+# an ensemble on a one-node Slurm that the check starts itself (root; Debian's slurm-wlm): a task killed, the node drained
+slurm:
+    $(command -v sudo) apt-get install -y slurm-wlm munge
+    cargo build --release
+    $(command -v sudo) bash tests/slurm/check.sh target/release/haloray

@@ -7,6 +7,7 @@ mod plan;
 mod run;
 mod shard;
 mod sightline;
+mod slurm;
 mod statistics;
 mod store;
 
@@ -17,5 +18,6 @@ pub use plan::{Level, Plan};
 pub use run::run;
 pub use shard::Shard;
 pub use sightline::{SightlineRow, sightline_row};
+pub use slurm::SlurmJob;
 pub use statistics::{ColumnStatistics, EnsembleStatistics, quantile};
 pub use store::{Outcome, SightlineStore};

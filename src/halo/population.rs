@@ -174,7 +174,7 @@ impl Population {
     }
 
     /// Redshift at comoving distance χ, by spline (1e-9); the haloes kept get theirs exactly.
-    pub(super) fn redshift(&self, chi_cmpc: f64) -> f64 {
+    pub fn redshift(&self, chi_cmpc: f64) -> f64 {
         self.redshift.value(chi_cmpc)
     }
 }

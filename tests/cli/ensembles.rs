@@ -200,3 +200,55 @@ fn whatever_interrupts_it_the_same_command_ends_with_the_same_bytes() {
     assert_same_files(&folder, "whole", "cut");
     assert!(!folder.path(".cut.haloray-ensemble").exists());
 }
+
+/// Stands for Slurm: tasks run one after the other as they are submitted, and are known to the queue by what was submitted.
+const SBATCH: &str = r#"#!/bin/bash
+echo "$@" >> "$(dirname "$0")/submitted"
+[ "$1" = --version ] && exit
+script=${!#}
+for task in $(seq "$(sed -n 's/^#SBATCH --array=1-//p' "$script" | grep . || echo 1)"); do
+    SLURM_ARRAY_TASK_ID=$task bash "$script" >&2 || exit 1
+done
+echo "4$(grep -c parsable "$(dirname "$0")/submitted");cluster"
+"#;
+const SQUEUE: &str = "#!/bin/sh\necho RUNNING; echo PENDING; echo RUNNING\n";
+
+#[test]
+fn a_job_array_of_slurm_ends_with_the_bytes_of_one_process() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    std::fs::create_dir(folder.path("tools")).unwrap();
+    let on_cluster = |arguments: &str| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("haloray"));
+        let path = format!("{}:{}", folder.path("tools").display(), std::env::var("PATH").unwrap());
+        command.current_dir(folder.path("")).env("PATH", path).env("HDF5_USE_FILE_LOCKING", "FALSE");
+        command.args(arguments.split_whitespace()).output().unwrap()
+    };
+    for (name, text) in [("sbatch", SBATCH), ("squeue", SQUEUE)] {
+        let path = folder.path("tools").join(name);
+        std::fs::write(&path, text).unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let ensemble = "ensemble small.toml -n 3 --first 1 --lenses lenses.csv --set seed=5";
+    succeeds(&folder, &format!("{ensemble} -o alone --quiet"));
+    let job = format!("{ensemble} --submit slurm --shards 4 --partition long --memory 1G -o many");
+    let written = on_cluster(&format!("{job} --no-submit"));
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    assert!(!folder.path("tools/submitted").exists() && !folder.path("many").exists());
+    let submitted = on_cluster(&job);
+    let (out, err) = (String::from_utf8_lossy(&submitted.stdout), String::from_utf8_lossy(&submitted.stderr));
+    assert!(submitted.status.success(), "{err}");
+    assert!(out.contains("shards as job 41, their merge as job 42"), "{out}");
+    let asked = std::fs::read_to_string(folder.path("tools/submitted")).unwrap();
+    assert!(asked.contains("--dependency=afterok:41"), "{asked}");
+    assert_same_files(&folder, "alone", "many");
+    let script = std::fs::read_to_string(folder.path("many.parts/array.sh")).unwrap();
+    assert!(script.contains("\n#SBATCH --partition=long\n#SBATCH --mem=1G\n"), "{script}");
+    let status = on_cluster("status many.parts");
+    let told = String::from_utf8(status.stdout).unwrap();
+    assert!(told.contains("4 parts: 6 of 6 sightlines\nqueue: 1 pending, 2 running\n"), "{told}");
+    let other = on_cluster(&job.replace("seed=5", "seed=6"));
+    folder.check_failure(2, &other, "another seed", &["shards of another ensemble"]);
+    let many = on_cluster(&job.replace("--shards 4", "--shards 7"));
+    folder.check_failure(2, &many, "too many shards", &["at most as many shards as sightlines (6)"]);
+}

@@ -15,6 +15,7 @@ use crate::bars::Bars;
 use crate::output::{begin, commit, print_files};
 use crate::saved::hidden_beside;
 use crate::settings::{Settings, Tracing, check_draws, provenance, psf};
+use crate::slurm;
 use crate::terminal::{print, warn};
 
 /// Many sightlines of a configuration, or of a table of lenses, into one table with statistics and figures.
@@ -28,6 +29,7 @@ use crate::terminal::{print, warn};
                   haloray ensemble --preset consistent -n 1000 --level images -o images\n  \
                   haloray ensemble -n 200 --lenses lenses.csv -o lenses        # 200 of each lens\n  \
                   haloray ensemble -n 10000 --shard 2/8 -o parts/2             # then: haloray merge parts -o ensemble\n  \
+                  haloray ensemble -n 100000 --submit slurm --shards 50 --time 2:00:00 --memory 1G -o many\n  \
                   haloray ensemble -n 1 --first 123 -o one                     # sightline 123 alone")]
 pub struct Args {
     #[command(flatten)]
@@ -60,6 +62,8 @@ pub struct Args {
     /// Folder for the results; made if missing, files of an earlier run are replaced.
     #[arg(long, short, value_name = "DIR")]
     output: PathBuf,
+    #[command(flatten)]
+    slurm: slurm::Args,
 }
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
@@ -79,6 +83,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let plan = Plan { config, lenses, level, model, first, number };
     for lens in 0..plan.lenses.len() {
         plan.config_of(lens)?;
+    }
+    if args.slurm.is_asked_for() {
+        return args.slurm.submit(&plan, args.lenses.as_deref(), &args.output, bars);
     }
     let numbers = args.shard.numbers(&plan.numbers());
     if numbers.is_empty() {

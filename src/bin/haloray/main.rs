@@ -27,6 +27,7 @@ mod schema;
 mod settings;
 mod sheets;
 mod simulate;
+mod slurm;
 mod status;
 mod study;
 mod summary;

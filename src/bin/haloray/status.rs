@@ -9,6 +9,7 @@ use haloray::{Error, Result};
 
 use crate::ensemble::store_beside;
 use crate::merge::folders_in;
+use crate::slurm::in_queue;
 use crate::terminal::print_result;
 
 /// How far an ensemble is: its sightlines that have ended, shard by shard where DIR holds shards.
@@ -34,7 +35,8 @@ pub fn run(args: &Args) -> Result<()> {
     let folders: Vec<PathBuf> = [vec![args.folder.clone()], shards_in(&args.folder)].concat();
     let known: Vec<(PathBuf, Status)> =
         folders.iter().filter_map(|folder| of(folder).transpose()).collect::<Result<_>>()?;
-    if known.is_empty() {
+    let queue = in_queue(&args.folder);
+    if known.is_empty() && queue.is_none() {
         let allowed = "a folder of `haloray ensemble`, or one that holds such folders";
         return Err(Error::argument("DIR", args.folder.display().to_string(), allowed));
     }
@@ -46,6 +48,9 @@ pub fn run(args: &Args) -> Result<()> {
         let (done, wanted) =
             known.iter().fold((0, 0), |(a, b), (_, status)| (a + status.done, b + status.wanted));
         text += &format!("{} parts: {done} of {wanted} sightlines\n", known.len());
+    }
+    if let Some(told) = queue {
+        text += &format!("queue: {told}\n");
     }
     print_result(&text)
 }

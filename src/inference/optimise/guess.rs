@@ -6,7 +6,7 @@ use super::climb::Maximum;
 use crate::inference::likelihood::{ImageLikelihood, Observation};
 use crate::inference::model::{CompiledModel, FreeParameter, Part};
 use crate::numerics::random::{Stage, stream};
-use crate::profile::mass::{einstein_radius_arcsec, mean_convergence};
+use crate::profile::mass::{MassModel, MassProfile, einstein_radius_arcsec, mean_convergence};
 use crate::profile::registry::{Guess, Role};
 
 /// Random shapes of a guess for each Einstein radius.
@@ -86,8 +86,12 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
     let spread = if number / (RADII * SHAPES) >= ROUNDS_NEAR { FAR } else { NEAR };
     if let Some(maximum) = known.filter(|known| known.turns(number)).and_then(|known| known.maximum.as_ref())
     {
-        let scatter = if (number / SHAPES).is_multiple_of(2) { NEAR } else { FAR };
-        let latent = turned(likelihood.model(), maximum, scatter, &mut random);
+        let scatter = match number / SHAPES % RADII {
+            0 => 0.0,
+            shape if shape.is_multiple_of(2) => NEAR,
+            _ => FAR,
+        };
+        let latent = turned(likelihood.model(), maximum, (einstein_radius, scatter), &mut random);
         return with_einstein_radius(likelihood, latent, einstein_radius);
     }
     let free = likelihood.model().free.iter();
@@ -114,27 +118,76 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
     with_einstein_radius(likelihood, latent, einstein_radius)
 }
 
-/// A maximum with its lens's ellipticities times one number about −1 (a turn by 90°), the slopes as scattered, and nothing along
-/// the line of sight.
+/// A maximum with its lens's ellipticities times one number about −1 (a turn by 90°), the slopes as scattered, and the foreground
+/// shear that leaves the lens its quadrupole.
 ///
-/// Ellipticity and foreground shear make nearly the same images in several ways, between which climbs find no path.
+/// Ellipticity and foreground shear make nearly the same images in several ways, between which climbs find no path. Behind
+/// a shear γ_od the potential of a lens is ψ(θ) − θ_E² Re(γ_od e^(−2iφ)) on its Einstein ring: if its quadrupole there
+/// changes by δψ₂, a change δγ_od = δψ₂/θ_E² takes that back, (3 − γ)/(5 − γ) of the change of e for a power law. The
+/// line-of-sight shear, which an image knows best, stays. Where no foreground shear is free the line of sight begins empty.
 fn turned(
     model: &CompiledModel,
     maximum: &[f64],
-    scatter: f64,
+    (einstein_radius, scatter): (f64, f64),
     random: &mut impl FnMut() -> f64,
 ) -> Vec<f64> {
     let factor = -1.0 + scatter * random();
-    let value = |(parameter, z): (&FreeParameter, &f64)| match (parameter.part, parameter.parameter.role) {
-        (Part::Lens, Role::Ellipticity) => latent_of(parameter, factor * parameter.prior.at_latent(*z)[0]),
+    let values = model.at_latent(maximum).0;
+    let value = |(parameter, (z, value)): (&FreeParameter, (&f64, &f64))| match (
+        parameter.part,
+        parameter.parameter.role,
+    ) {
+        (Part::Lens, Role::Ellipticity) => latent_of(parameter, factor * value),
         (Part::Lens, Role::Shape) => *z + scatter * random(),
-        (Part::LineOfSight, _) => match parameter.parameter.guess {
-            Guess::Fixed(value) => latent_of(parameter, value),
-            _ => 0.0,
-        },
         _ => *z,
     };
-    model.free.iter().zip(maximum).map(value).collect()
+    let mut latent: Vec<f64> = model.free.iter().zip(maximum.iter().zip(&values)).map(value).collect();
+    let has_foreground = model.free.iter().any(|parameter| FOREGROUND.contains(&parameter.name.as_str()));
+    let quadrupole = |values: &[f64]| Some(quadrupole(&model.lenses(values).ok()?, einstein_radius));
+    let change = quadrupole(&values).zip(quadrupole(&model.at_latent(&latent).0));
+    let change =
+        change.map(|(before, after)| [0, 1].map(|c| (after[c] - before[c]) / einstein_radius.powi(2)));
+    for ((parameter, value), z) in model.free.iter().zip(values).zip(&mut latent) {
+        if parameter.part != Part::LineOfSight {
+            continue;
+        }
+        let name = parameter.name.as_str();
+        let place = |names: [&str; 2]| names.iter().position(|own| *own == name);
+        *z = match (change, place(FOREGROUND), place(BACKGROUND)) {
+            (Some(change), Some(c), _) => latent_of(parameter, value + change[c]),
+            // γ_LOS = γ_od + γ_os − γ_ds.
+            (Some(change), _, Some(c)) if has_foreground => latent_of(parameter, value - change[c]),
+            (Some(_), ..) if has_foreground => *z,
+            _ => match parameter.parameter.guess {
+                Guess::Fixed(value) => latent_of(parameter, value),
+                _ => 0.0,
+            },
+        };
+    }
+    latent
+}
+
+/// Components of the shears between observer and lens, and observer and source.
+const FOREGROUND: [&str; 2] = ["gamma1_od", "gamma2_od"];
+const BACKGROUND: [&str; 2] = ["gamma1_os", "gamma2_os"];
+
+/// (ψ₂, χ₂) of a potential that varies on the circle of that radius about the origin as ψ₂ cos 2φ + χ₂ sin 2φ, arcsec².
+fn quadrupole(lenses: &[MassModel], radius_arcsec: f64) -> [f64; 2] {
+    /// Of the trapezium rule on the circle.
+    const POINTS: u32 = 64;
+    let mut sum = [0.0; 2];
+    for i in 0..POINTS {
+        let phi = std::f64::consts::TAU * f64::from(i) / f64::from(POINTS);
+        let (sin, cos) = phi.sin_cos();
+        let tangential: f64 = lenses
+            .iter()
+            .map(|lens| lens.deflection(radius_arcsec * cos, radius_arcsec * sin))
+            .map(|[x, y]| y * cos - x * sin)
+            .sum();
+        sum[0] -= tangential * (2.0 * phi).sin();
+        sum[1] += tangential * (2.0 * phi).cos();
+    }
+    sum.map(|sum| sum * radius_arcsec / f64::from(POINTS))
 }
 
 fn latent_of(parameter: &FreeParameter, value: f64) -> f64 {
@@ -191,4 +244,43 @@ pub(super) fn held_at_first(likelihood: &ImageLikelihood, known: Option<&Known>,
         _ => false,
     };
     likelihood.model().free.iter().map(is_held).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inference::model::ModelDescription;
+
+    #[test]
+    fn a_turned_power_law_has_the_quadrupole_it_had_and_the_line_of_sight_shear() {
+        let model = CompiledModel::new(&ModelDescription::built_in("tidal-minimal").unwrap()).unwrap();
+        let place = |name: &str| model.free.iter().position(|own| own.name == name).unwrap();
+        let mut values = model.at_latent(&vec![0.0; model.free.len()]).0;
+        for (name, value) in [
+            ("lens.theta_E", 1.5),
+            ("lens.gamma", 2.4),
+            ("lens.e1", 0.02),
+            ("lens.e2", -0.015),
+            ("lens.center_x", 0.0),
+            ("lens.center_y", 0.0),
+            ("gamma1_od", 0.01),
+            ("gamma2_od", 0.03),
+            ("gamma1_los", -0.02),
+        ] {
+            values[place(name)] = value;
+        }
+        let latent: Vec<f64> =
+            model.free.iter().zip(&values).map(|(own, value)| own.prior.to_latent(*value)).collect();
+        let turned = model.at_latent(&turned(&model, &latent, (1.5, 0.0), &mut || 0.0)).0;
+        let change = |name: &str| turned[place(name)] - values[place(name)];
+        for c in ["1", "2"] {
+            let (of_e, of_shear) = (change(&format!("lens.e{c}")), change(&format!("gamma{c}_od")));
+            assert!((of_e + 2.0 * values[place(&format!("lens.e{c}"))]).abs() < 1e-9);
+            // To first order in e.
+            assert!((of_shear / of_e + (3.0 - 2.4) / (5.0 - 2.4)).abs() < 2e-3, "{of_shear} {of_e}");
+        }
+        for same in ["gamma1_los", "gamma2_los", "omega_los", "lens.gamma", "lens.theta_E"] {
+            assert!(change(same).abs() < 1e-12, "{same}");
+        }
+    }
 }

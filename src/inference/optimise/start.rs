@@ -34,7 +34,7 @@ const SAME: f64 = 1.0;
 /// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum so far
 /// has been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
 /// Then it is challenged: in a round of guesses with its Einstein radius a third begins anew, a third with its lights but
-/// another lens, a third with its lens turned or mirrored behind an empty line of sight; what climbs back is followed no
+/// another lens, a third with its lens turned and the foreground shear that makes up for it; what climbs back is followed no
 /// further. The maximum is taken when nothing higher is found so, in two rounds if its χ² is above what noise leaves, else
 /// the search goes on.
 ///

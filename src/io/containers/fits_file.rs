@@ -5,6 +5,7 @@ use std::path::Path;
 use fitskit::{BinTable, CompressedImage, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
 
 use super::input_file;
+use super::packed_image::{MAX_COUNT, decompress};
 use super::provenance::Provenance;
 use crate::error::{Error, FileFault, Result};
 
@@ -12,8 +13,6 @@ use crate::error::{Error, FileFault, Result};
 const BLOCK_BYTES: usize = 2880;
 /// A header consists of cards of this many bytes.
 const CARD_BYTES: usize = 80;
-/// The standard allows no more axes and no more table columns than this.
-const MAX_COUNT: i64 = 999;
 /// Characters of a configuration line on one HISTORY card.
 const HISTORY_WIDTH: usize = 70;
 
@@ -105,60 +104,6 @@ fn declared_bytes(header: &Header) -> std::result::Result<u128, String> {
     }
     let heap = header.get_int("PCOUNT").unwrap_or(0).unsigned_abs();
     Ok(elements.saturating_add(heap.into()).saturating_mul(u128::from(bits) / 8))
-}
-
-/// The image in a table of compressed tiles, whose size is compared with what can be packed into `packed_bytes`.
-fn decompress(
-    header: &Header,
-    table: &BinTable,
-    packed_bytes: usize,
-) -> std::result::Result<ImageData, String> {
-    let method = header.get_string("ZCMPTYPE").unwrap_or("unknown").trim().to_string();
-    if !["RICE_1", "RICE_ONE", "GZIP_1", "GZIP_2", "NOCOMPRESS"].contains(&method.as_str()) {
-        return Err(format!(
-            "is compressed by {method}; RICE_1, GZIP_1 and GZIP_2 are read, funpack unpacks all"
-        ));
-    }
-    // fitskit 0.3 takes the shuffled bytes of such floats for floats.
-    let is_in_steps = table.columns.iter().any(|column| column.name == "ZSCALE");
-    if method == "GZIP_2" && header.get_int("ZBITPIX").is_some_and(|bits| bits < 0) && !is_in_steps {
-        return Err(
-            "is a lossless GZIP_2 of floats, which is not read; GZIP_1 is, funpack unpacks all".into()
-        );
-    }
-    let axes = header
-        .get_int("ZNAXIS")
-        .filter(|axes| (1..=MAX_COUNT).contains(axes))
-        .ok_or("ZNAXIS is no number of axes")?;
-    let mut bytes = 8_u128;
-    for axis in 1..=axes {
-        let length = header.get_int(&format!("ZNAXIS{axis}")).and_then(|length| u128::try_from(length).ok());
-        bytes = bytes.saturating_mul(length.ok_or_else(|| format!("ZNAXIS{axis} is no length"))?);
-        let tile = format!("ZTILE{axis}");
-        if header.find(&tile).is_some()
-            && header.get_int(&tile).is_none_or(|tile| tile < 1 || tile > i64::from(i32::MAX))
-        {
-            return Err(format!("{tile} is no length"));
-        }
-    }
-    if bytes > input_file::largest_content_bytes(packed_bytes) as u128 {
-        return Err(format!(
-            "{bytes} bytes of pixels are declared, more than {packed_bytes} packed bytes or memory can hold"
-        ));
-    }
-    for parameter in 1..=MAX_COUNT {
-        let Some(name) = header.get_string(&format!("ZNAME{parameter}")) else { break };
-        let allowed: &[i64] = match name.trim() {
-            "BLOCKSIZE" => &[16, 32],
-            "BYTEPIX" => &[1, 2, 4, 8],
-            _ => continue,
-        };
-        if header.get_int(&format!("ZVAL{parameter}")).is_none_or(|value| !allowed.contains(&value)) {
-            return Err(format!("ZVAL{parameter}, the {}, must be one of {allowed:?}", name.trim()));
-        }
-    }
-    let image = CompressedImage::from_bintable(header, table).and_then(|tiles| tiles.decompress());
-    image.map_err(|error| format!("cannot be unpacked: {error}"))
 }
 
 /// Writes the units one after the other.

@@ -11,6 +11,7 @@ pub(super) mod hdf5_reading;
 mod input_file;
 mod manifest;
 pub(super) mod netcdf_objects;
+mod packed_image;
 mod provenance;
 mod record_log;
 mod run_file;
