@@ -46,11 +46,22 @@ site:
 
 # runs every code block of the tutorials, how-tos and the README, and compares what they print; PYTHON has the haloray package
 site-check BINARY="target/release/haloray" PYTHON=".venv/bin/python":
+    {{PYTHON}} -m pip install --quiet -r tests/site/requirements.txt
     python3 tests/site/check.py --binary {{BINARY}} --python {{PYTHON}}
+    python3 tests/site/reference.py {{BINARY}} --check
 
 # the pages of the command line and of the configuration, as the binary describes itself
 site-reference BINARY="target/release/haloray":
     python3 tests/site/reference.py {{BINARY}}
+
+# the figures of the gallery
+site-gallery BINARY="target/release/haloray" PYTHON=".venv/bin/python":
+    bash tests/site/gallery.sh {{BINARY}} {{PYTHON}}
+
+# the site in headless Chromium (Debian's `chromium`): its search, sizes, light and dark; screenshots into target/site_shots to be looked at
+site-look: site
+    target/site_venv/bin/pip install --quiet playwright==1.65.2
+    target/site_venv/bin/python tests/site/browse.py target/site target/site_shots
 
 # the property tests with other numbers, and ten times as many
 properties SEED:

@@ -12,7 +12,7 @@ for anything, alone on a line for any lines. A comment right above a block chang
     <!-- check: long -->                    runs with --long alone
     <!-- check: skip REASON -->             does not run; reasons are counted
 
-Fails with page and line. Needs nothing but Python.
+Relative links of all pages must lead to files. Fails with page and line. Needs nothing but Python.
 """
 
 import argparse
@@ -69,6 +69,15 @@ def blocks(text):
             mark = ""
         number += 1
     return found
+
+
+def dead_links():
+    """Relative links, of pages and READMEs, to files that do not exist (the site's build checks headings too)."""
+    for path in [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "python/README.md", *ROOT.glob("docs/**/*.md")]:
+        text = re.sub(r"^```.*?^```", lambda block: "\n" * block[0].count("\n"), path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+        for link in re.finditer(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", text):
+            if not (path.parent / link[1]).exists():
+                yield f"{path.relative_to(ROOT)}:{text.count(chr(10), 0, link.start()) + 1}: no such file {link[1]}"
 
 
 def agrees(expected, printed, about):
@@ -189,7 +198,8 @@ def main():
         options.python = str(pathlib.Path(options.python).absolute())
     os.environ["MPLBACKEND"] = "Agg"
     pages = [page.resolve() for page in options.pages] or sorted(page for name in TAUGHT for page in ROOT.glob(name))
-    total, failures = collections.Counter(), []
+    total, failures = collections.Counter(), list(dead_links())
+    print(*failures, sep="\n", end="\n" if failures else "")
     for path in pages:
         with tempfile.TemporaryDirectory() as scratch:
             commands, folder = pathlib.Path(scratch, "commands"), pathlib.Path(scratch, "page")

@@ -6,6 +6,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cd "$scratch"
 
+"$haloray" simulate --quiet -o plain
 "$haloray" simulate --curves --format svg --quiet -o run
 "$haloray" ensemble -n 200 --set haloes.min_point_shear=1e-5 --preset consistent --format svg --quiet -o ensemble
 "$haloray" images "$root/examples/point_source/model.json" --source 0.1,0.05 --format svg --quiet -o lens
@@ -17,6 +18,7 @@ cp "$root"/examples/cutout/* .
 
 gallery=$root/docs/figures/gallery
 mkdir -p "$gallery"
+cp plain/figures/images.png "$root/docs/figures/images.png"
 cp run/figures/{mass_function,cylinder,histograms,tidal_maps,flexion_maps}.svg ensemble/figures/{distributions,convergence}.svg \
     lens/curves.svg mock/mosaic.svg fit/{reconstruction,corner_shear}.svg "$gallery"
 du -sh "$gallery"
