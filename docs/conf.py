@@ -25,6 +25,7 @@ exclude_patterns = ["requirements.txt"]
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
+suppress_warnings = ["toc.not_included"]  # a page that a command writes for the first time is found by search, not in the menu
 nitpicky = True
 nitpick_ignore_regex = [("py:.*", ".*")]  # types of other packages, whose pages this site does not read
 
