@@ -22,7 +22,19 @@ TASKS = {
     "another telescope": "howto/another_telescope",
     "10,000 sightlines cluster": "tutorials/thousand_sightlines",
 }
-PAGES = ("index", "start", "tutorials/first_sightline", "tutorials/cutout", "gallery", "reference/configuration", "concepts/line_of_sight", "GLOSSARY")
+PAGES = (
+    "index",
+    "start",
+    "tutorials/first_sightline",
+    "tutorials/cutout",
+    "gallery",
+    "reference/configuration",
+    "reference/python_api",
+    "concepts/line_of_sight",
+    "GLOSSARY",
+)
+# The search says so when it has ended.
+ENDED = "document.querySelector('.search-summary')?.textContent.match(/\\d+ page|did not match/)"
 
 
 def main():
@@ -34,7 +46,7 @@ def main():
         page = browser.new_page()
         for query, answer in TASKS.items():
             page.goto(f"{site.as_uri()}/search.html?q={query.replace(' ', '+')}")
-            page.wait_for_function("document.querySelector('.search-summary')?.textContent.match(/\\d+ page|did not match/)", timeout=20_000)
+            page.wait_for_function(ENDED, timeout=20_000)
             page.wait_for_timeout(1000)
             links = page.eval_on_selector_all("ul.search > li > a", "found => found.map(link => link.href)")
             places = []

@@ -74,7 +74,8 @@ def blocks(text):
 def dead_links():
     """Relative links, of pages and READMEs, to files that do not exist (the site's build checks headings too)."""
     for path in [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "python/README.md", *ROOT.glob("docs/**/*.md")]:
-        text = re.sub(r"^```.*?^```", lambda block: "\n" * block[0].count("\n"), path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+        text = path.read_text(encoding="utf-8")
+        text = re.sub(r"^```.*?^```", lambda block: "\n" * block[0].count("\n"), text, flags=re.DOTALL | re.MULTILINE)
         for link in re.finditer(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", text):
             if not (path.parent / link[1]).exists():
                 yield f"{path.relative_to(ROOT)}:{text.count(chr(10), 0, link.start()) + 1}: no such file {link[1]}"
@@ -176,7 +177,8 @@ class Page:
     def python(self, block):
         if not self.worker:
             command = [self.options.python, "-c", WORKER]
-            self.worker = subprocess.Popen(command, cwd=self.folder, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            pipes = dict(stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+            self.worker = subprocess.Popen(command, cwd=self.folder, text=True, **pipes)
         print(json.dumps([self.name, block.line - 1, block.source]), file=self.worker.stdin, flush=True)
         answer = self.worker.stdout.readline()
         printed, failure = json.loads(answer) if answer else ("", "the interpreter ended")
