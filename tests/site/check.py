@@ -73,7 +73,7 @@ def blocks(text):
 
 def dead_links():
     """Relative links, of pages and READMEs, to files that do not exist (the site's build checks headings too)."""
-    for path in [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "python/README.md", *ROOT.glob("docs/**/*.md")]:
+    for path in [path for name in ("*.md", "python/*.md", "examples/*.md", "docs/**/*.md") for path in ROOT.glob(name)]:
         text = path.read_text(encoding="utf-8")
         text = re.sub(r"^```.*?^```", lambda block: "\n" * block[0].count("\n"), text, flags=re.DOTALL | re.MULTILINE)
         for link in re.finditer(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", text):

@@ -84,9 +84,10 @@ def configuration(binary):
     plain = {key: node for key, node in schema["properties"].items() if key not in tables}
     page = [
         "# Configuration",
-        "A configuration is a TOML file laid over a preset: it holds only the keys that it changes. `--set haloes.min_point_shear=1e-5` sets one on the command "
-        "line; in Python it is a dictionary of dictionaries. `haloray schema --preset paper` prints a complete file, `haloray schema` the JSON schema that editors "
-        "use. — stands where a preset leaves a key out. A key's unit is the end of its name; none is a pure number.",
+        "A configuration is a TOML file laid over a preset: it holds only the keys that it changes. "
+        "`--set haloes.min_point_shear=1e-5` sets one on the command line; in Python it is a dictionary of dictionaries. "
+        "`haloray schema --preset paper` prints a complete file, `haloray schema` the JSON schema that editors use. "
+        "— stands where a preset leaves a key out. A key's unit is the end of its name; none is a pure number.",
         "\n".join(rows(plain)),
     ]
     for key, table in tables.items():
@@ -99,8 +100,8 @@ def models(binary):
     return "\n\n".join(
         [
             "# Models of fits",
-            "What `haloray fit --list` prints. `haloray fit --list --model NAME > my.toml` is the start of a model of your own; [the file](../FILES.md) and "
-            "[how to fit an image](../FIT.md) say more.",
+            "What `haloray fit --list` prints. `haloray fit --list --model NAME > my.toml` is the start of a model of your own; "
+            "[the file](../FILES.md) and [how to fit an image](../FIT.md) say more.",
             fenced(binary("fit", "--list")),
             "Two of them in full:",
             *(fenced(binary("fit", "--list", "--model", name), "toml") for name in ("tidal-minimal", "comprehensive")),
