@@ -37,6 +37,32 @@ pages:
     target/pages/venv/bin/pip install --quiet playwright==1.65.2 axe-playwright-python==0.1.8
     target/pages/venv/bin/python tests/pages/check.py target/release/haloray target/pages
 
+# the site of docs/ into target/site; any warning, dead link or misspelling stops it (offline once its packages are installed)
+site:
+    python3 -m venv target/site_venv
+    target/site_venv/bin/pip install --quiet -r docs/requirements.txt
+    target/site_venv/bin/codespell --config docs/spelling.cfg README.md CHANGELOG.md docs python/README.md examples
+    target/site_venv/bin/sphinx-build -q -W --keep-going -b html -d target/site_doctrees docs target/site
+
+# runs every code block of the tutorials, how-tos and the README, and compares what they print; PYTHON has the haloray package
+site-check BINARY="target/release/haloray" PYTHON=".venv/bin/python":
+    {{PYTHON}} -m pip install --quiet -r tests/site/requirements.txt
+    python3 tests/site/check.py --binary {{BINARY}} --python {{PYTHON}}
+    python3 tests/site/reference.py {{BINARY}} --check
+
+# the pages of the command line and of the configuration, as the binary describes itself
+site-reference BINARY="target/release/haloray":
+    python3 tests/site/reference.py {{BINARY}}
+
+# the figures of the gallery
+site-gallery BINARY="target/release/haloray" PYTHON=".venv/bin/python":
+    bash tests/site/gallery.sh {{BINARY}} {{PYTHON}}
+
+# the site in headless Chromium (Debian's `chromium`): its search, sizes, light and dark; screenshots into target/site_shots to be looked at
+site-look: site
+    target/site_venv/bin/pip install --quiet playwright==1.65.2
+    target/site_venv/bin/python tests/site/browse.py target/site target/site_shots
+
 # the property tests with other numbers, and ten times as many
 properties SEED:
     PROPTEST_RNG_SEED={{SEED}} PROPTEST_CASES=2560 cargo test --release --test properties -- multiplane:: tensors::

@@ -1,0 +1,48 @@
+"""How Sphinx builds the site: `just site`. The order of the pages is in `_toc.yml`."""
+
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "python"))
+
+project = "haloray"
+author = "the haloray authors"
+copyright = "the haloray authors, MIT licence"
+release = re.search(r'^version = "(.*)"', (ROOT / "Cargo.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
+
+extensions = [
+    "myst_parser",
+    "sphinx_external_toc",
+    "sphinx_copybutton",
+    "sphinx-mathjax-offline",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+]
+external_toc_path = "_toc.yml"
+exclude_patterns = ["requirements.txt"]
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+suppress_warnings = ["toc.not_included"]  # a page that a command writes for the first time is found by search, not in the menu
+nitpicky = True
+nitpick_ignore_regex = [("py:.*", ".*")]  # types of other packages, whose pages this site does not read
+
+# The Python package is documented from its source: its compiled half need not be built.
+autodoc_mock_imports = ["haloray._haloray"]
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+napoleon_numpy_docstring = True
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+
+html_theme = "furo"
+html_title = "haloray"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_search_scorer = str(ROOT / "docs" / "scorer.js")
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {"navigation_with_keys": True}

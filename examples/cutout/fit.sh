@@ -1,0 +1,1 @@
+haloray fit cutout.fits --model lens.toml -o fit

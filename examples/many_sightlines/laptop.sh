@@ -1,0 +1,1 @@
+haloray ensemble survey.toml --preset consistent -n 40 -o ensemble

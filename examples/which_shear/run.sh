@@ -1,0 +1,1 @@
+haloray simulate sight.toml --preset consistent --seed 6 --quiet -o run
