@@ -9,7 +9,7 @@ use haloray::inference::model::{BUILT_IN, CompiledModel, LikelihoodKind, ModelDe
 use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
-use haloray::inference::{Fit, FitSettings, NoStore};
+use haloray::inference::{DrawStatistics, Fit, FitSettings, NoStore};
 use haloray::io::{Provenance, read_observation};
 use haloray::mapping::HaloSight;
 use haloray::mapping::tidal::LineOfSightKind;
@@ -19,7 +19,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::square;
+use crate::arrays::{Column, numbers, square};
 use crate::config::toml_of_json;
 use crate::errors::{OrRaise, input};
 use crate::run::staged;
@@ -287,6 +287,14 @@ fn source_of(fit: &Fit) -> BTreeMap<&'static str, f64> {
         }
         _ => BTreeMap::new(),
     }
+}
+
+/// Median and 68% highest-density interval of draws.
+#[pyfunction]
+pub fn draw_statistics(py: Python<'_>, draws: Column<'_>) -> PyResult<(f64, f64, f64)> {
+    let found = DrawStatistics::of(numbers(py, "draws", &draws)?);
+    let found = found.ok_or_else(|| input(py, "draws", "none", "at least one finite number"))?;
+    Ok((found.median, found.hpd68_low, found.hpd68_high))
 }
 
 /// The draws by name, each (chain, draw), and what the sampler noted.

@@ -42,6 +42,7 @@ fn _haloray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(mock::mock, module)?)?;
     module.add_function(wrap_pyfunction!(mock::mock_instrument, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::draw_statistics, module)?)?;
     module.add_function(wrap_pyfunction!(fit::models, module)?)?;
     module.add_function(wrap_pyfunction!(fit::model_text, module)?)?;
     module.add_function(wrap_pyfunction!(read::read_groups, module)?)?;

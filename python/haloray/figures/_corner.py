@@ -9,7 +9,7 @@ import numpy as np
 
 from .._units import Array
 from . import _density
-from ._style import BLACK, COLUMN_MM, CYCLE, PAGE_MM, finite, new_figure, quantile, text
+from ._style import BLACK, COLUMN_MM, CYCLE, PAGE_MM, finite, pyplot, quantile, text
 
 FRACTIONS, OPACITIES = (0.68, 0.95), (0.35, 0.2)
 
@@ -24,8 +24,15 @@ def draw(
     n = len(labels)
     width = COLUMN_MM if n <= 3 else PAGE_MM if n <= 8 else 23.0 * n
     if figure is None:
-        figure = new_figure(width / 25.4, width / 25.4 + 0.4, 0.02, 0.0)
-    axes = figure.subplots(n, n, squeeze=False)
+        figure = pyplot().figure(figsize=(width / 25.4, width / 25.4))
+    inches = figure.bbox.width / figure.bbox.height * width / 25.4
+    edges = {
+        "left": 0.62 / (width / 25.4),
+        "right": 0.985,
+        "bottom": 0.5 / inches,
+        "top": 1.0 - (0.12 + 0.13 * len(sets)) / inches,
+    }
+    axes = figure.subplots(n, n, squeeze=False, gridspec_kw={**edges, "wspace": 0.07, "hspace": 0.07 + 0.035 * n})
     limits = [_limits([draws[i] for _, draws in sets], truths[i]) for i in range(n)]
     for row in range(n):
         for column in range(n):
@@ -101,8 +108,9 @@ def _outer(ax: Any, labels: Sequence[str], row: int, column: int, n: int) -> Non
     from matplotlib.ticker import MaxNLocator
 
     most = 2 if n > 3 else 4
-    ax.xaxis.set_major_locator(MaxNLocator(most))
-    ax.yaxis.set_major_locator(MaxNLocator(most))
+    # Numbers at the ends would meet those of the next panel.
+    ax.xaxis.set_major_locator(MaxNLocator(most + 1, prune="both", min_n_ticks=1))
+    ax.yaxis.set_major_locator(MaxNLocator(most + 1, prune="both", min_n_ticks=1))
     if row == n - 1:
         ax.set_xlabel(text(labels[column]))
     else:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from .._haloray import draw_statistics
 from .._units import Array
 
 CURVE_NODES, FIELD_NODES, KERNEL_REACH, WIDENING = 256, 128, 4.0, 1.2
@@ -94,12 +95,9 @@ def field(x: Any, y: Any, fractions: tuple[float, ...]) -> tuple[Array, Array, A
 
 def interval(draws: Any) -> str:
     """Median and distances to the ends of the 68% highest-density interval, in markup."""
-    values = np.sort(np.asarray(draws, dtype=np.float64).ravel())
-    values = values[np.isfinite(values)]
-    median = float(np.median(values))
-    span = max(1, min(int(np.ceil(0.68 * len(values))), len(values) - 1))
-    start = int(np.argmin(values[span:] - values[:-span]))
-    up, down = float(values[start + span]) - median, median - float(values[start])
+    flat = np.ascontiguousarray(np.asarray(draws, dtype=np.float64).ravel())
+    median, low, high = draw_statistics(flat[np.isfinite(flat)])
+    up, down = high - median, median - low
     least = max(min(abs(up), abs(down)), 0.05 * max(abs(up), abs(down)))
     if least <= 0.0:
         return f"{median:g}"

@@ -10,10 +10,11 @@ import numpy as np
 
 from .._errors import InputError
 from .._fit import Fit
+from .._haloray import read_groups
 from .._read import Posterior, read
 from .._units import Array
 from . import _corner
-from ._saved import folder_file, group_of, half_of, json_of, run_of
+from ._saved import folder_file, half_of, json_of
 from ._style import BLACK, CYCLE, FLUX, GREY, RED, bar, caption, image_norm, panels, raster, single, styled, text
 
 if TYPE_CHECKING:
@@ -44,10 +45,10 @@ def reconstruction(fit: FitLike, figure: Figure | SubFigure | None = None) -> An
     elif isinstance(fit, Posterior):
         raise InputError("a posterior.nc has no image: reconstruction takes a Fit or the folder of a fit")
     else:
-        saved = run_of(folder_file(fit, "reconstruction.h5"))
-        own = group_of(saved, "image")
+        groups, _, attributes, _ = read_groups(folder_file(fit, "reconstruction.h5"))
+        own = groups["image"]
         data, model, residual = own["data"], own["model"], own["residual"]
-        scale, chi2 = saved.attributes["image"]["pixel_scale_arcsec"], json_of(fit, "summary.json")["chi2_reduced"]
+        scale, chi2 = attributes["image"]["pixel_scale_arcsec"], json_of(fit, "summary.json")["chi2_reduced"]
     norm, sigma = image_norm([data, model], _background(data - model, residual)), Normalize(-5.0, 5.0)
     half = half_of(data.shape[0], scale)
     rows: list[tuple[Array, str, Normalize, str]] = [

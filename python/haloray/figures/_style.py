@@ -192,9 +192,25 @@ def bar(figure: Any, shown: Any, axes: Any, label: str) -> Any:
     kind = extend[bool(below), bool(above)]
     found = figure.colorbar(shown, ax=axes, location="top", pad=0.02, aspect=40, fraction=0.05, extend=kind)
     found.set_label(text(label))
+    _place_ticks(found, norm)
     found.ax.tick_params(which="both", direction="out", length=2.0)
     found.ax.tick_params(which="minor", length=1.2)
     return found
+
+
+def _place_ticks(found: Any, norm: Any) -> None:
+    """Numbers that do not meet: of an asinh stretch 0 and the decades beyond its softening, of a logarithmic one the decades."""
+    from matplotlib.colors import AsinhNorm, LogNorm
+    from matplotlib.ticker import FixedLocator, NullFormatter
+
+    decades = 10.0 ** np.arange(np.floor(np.log10(max(abs(norm.vmax), 1e-300))) - 12, 20)
+    if isinstance(norm, AsinhNorm):
+        shown = decades[(decades > 4.0 * norm.linear_width) & (decades <= norm.vmax)]
+        between = np.concatenate([own * np.arange(2, 10) for own in decades])
+        found.set_ticks([0.0, *shown])
+        found.ax.xaxis.set_minor_locator(FixedLocator(between[(between > norm.linear_width) & (between < norm.vmax)]))
+    elif isinstance(norm, LogNorm) and np.any((decades > norm.vmin) & (decades < norm.vmax)):
+        found.ax.xaxis.set_minor_formatter(NullFormatter())
 
 
 def caption(ax: Axes, name: str, cmap: str, at: tuple[float, float] = (0.05, 0.93)) -> None:
