@@ -19,8 +19,30 @@ import haloray as hr
 
 VERSION = "1.14.2"
 
+#: Its tests of LensModel and of what takes one; those of single profiles and of microlensing never make one of ours.
+FILES = (
+    "test_lens_model.py",
+    "test_lens_model_extensions.py",
+    "test_numeric_lens_differentials.py",
+    "test_arc_distortions.py",
+    "test_single_plane.py",
+    "test_MultiPlane",
+    "test_LineOfSight",
+    "test_Solver",
+)
+
 #: Failures, by the end of their names, and why.
-EXPLAINED: dict[str, str] = {}
+INTERNALS = "looks into attributes of lenstronomy's object that are no part of its documented interface"
+COSMOLOGY = "the default cosmology is another: flat, without radiation, H0 = 67.4 km/s/Mpc, Ωm = 0.315 (docs/LENSTRONOMY.md)"
+EXPLAINED: dict[str, str] = {
+    "TestLensModel test_gamma": "asks for γ1 = 0.1 to the last bit; ours is ½(f_xx − f_yy) of 1 − A, half an ulp of 1 away",
+    "TestLensModel test_fermat_potential": INTERNALS,
+    "TestLensModel test_hessian_z1z2": "haloray has no hessian_z1z2 (docs/LENSTRONOMY.md)",
+    "TestRaise test_hessian_z1z2_raise": "haloray has no hessian_z1z2 (docs/LENSTRONOMY.md)",
+    "TestLensModel test_change_source_redshift": "haloray's model has one source; make another model",
+    "TestMultiPlane test_ray_shooting_partial": INTERNALS,
+    "TestMultiPlane test_position_convention": COSMOLOGY,
+}
 
 
 class Replacement(type):
@@ -53,7 +75,8 @@ class Plugin:
         yield
 
     def pytest_runtest_logreport(self, report):
-        if report.when != "call" or not Replacement.used or report.skipped:
+        is_result = report.when == "call" or (report.when == "setup" and report.failed)
+        if not is_result or not Replacement.used or report.skipped:
             return
         name = report.nodeid.replace("::", " ").split("test_LensModel/")[-1]
         if report.passed:
@@ -81,7 +104,8 @@ def main() -> int:
     Replacement.theirs = lens_model.LensModel
     lens_model.LensModel = Replacement("LensModel", (), {})
     plugin = Plugin()
-    pytest.main(["-q", "--no-header", "-p", "no:cacheprovider", "--tb=line", "--rootdir", str(tests), str(tests)], [plugin])
+    options = ["-q", "--no-header", "-p", "no:cacheprovider", "--tb=line", "--rootdir", str(tests)]
+    pytest.main([*options, *(str(tests / name) for name in FILES)], [plugin])
     print(f"\n{len(plugin.passed) + len(plugin.failed)} tests got haloray's LensModel, {len(plugin.passed)} pass")
     unknown = 0
     for name, message in sorted(plugin.failed.items()):

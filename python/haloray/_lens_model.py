@@ -130,6 +130,19 @@ class LensModel:
         redshifts = self.redshift_list if self.multi_plane else None
         return Lens(self.lens_model_list, self.z_lens, self.z_source, redshifts, parameters(self.cosmo))
 
+    @property
+    def type(self) -> str:
+        """lenstronomy's name of this kind of model."""
+        if self.multi_plane:
+            return "MultiPlane"
+        los = [name for name in self.lens_model_list if name.startswith("LOS")]
+        return "SinglePlane" if not los else "SinglePlaneLOSFlexion" if "FLEXION" in los[0] else "SinglePlaneLOS"
+
+    @property
+    def profile_kwargs_list(self) -> list[dict[str, Any]]:
+        """lenstronomy's options of profiles: none."""
+        return [{} for _ in self.lens_model_list]
+
     def __repr__(self) -> str:
         return f"<haloray.LensModel: {', '.join(self.lens_model_list)}>"
 
@@ -174,6 +187,8 @@ class LensModel:
 
     def alpha(self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None) -> tuple[Any, Any]:
         """Deflection α = θ − β, arcsec; see :meth:`ray_shooting`."""
+        if diff is not None and self.multi_plane:
+            raise refuse("diff", diff, "None with many planes, as in lenstronomy")
         points = Points(("x", "y"), x, y)
         beta_x, beta_y, _, _ = self._trace(points, kwargs, k, 0)
         return points.shaped(points.x - beta_x), points.shaped(points.y - beta_y)
@@ -182,6 +197,8 @@ class LensModel:
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
     ) -> tuple[Any, Any, Any, Any]:
         """f_xx, f_xy, f_yx, f_yy with f_ij = ∂α_i/∂θ_j; see :meth:`ray_shooting`."""
+        if diff_method not in ("square", "cross"):
+            raise refuse("diff_method", diff_method, '"square" or "cross", which both are the analytic result')
         points = Points(("x", "y"), x, y)
         _, _, jacobian, _ = self._trace(points, kwargs, k, 1)
         assert jacobian is not None

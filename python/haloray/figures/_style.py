@@ -74,6 +74,8 @@ def styled(function: _Function) -> _Function:
 
     @functools.wraps(function)
     def drawn(*arguments: Any, **options: Any) -> Any:
+        # The backend of notebooks, which starts now if it has not, sets what the end of the style would set back.
+        pyplot().draw_if_interactive()
         with pyplot().rc_context(STYLE):
             return function(*arguments, **options)
 
