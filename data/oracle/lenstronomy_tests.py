@@ -31,7 +31,7 @@ FILES = (
     "test_Solver",
 )
 
-#: Failures, by the end of their names, and why.
+#: Failures, by a part of their names, and why.
 INTERNALS = "looks into attributes of lenstronomy's object that are no part of its documented interface"
 COSMOLOGY = "the default cosmology is another: flat, without radiation, H0 = 67.4 km/s/Mpc, Ωm = 0.315 (docs/LENSTRONOMY.md)"
 EXPLAINED: dict[str, str] = {
@@ -42,6 +42,7 @@ EXPLAINED: dict[str, str] = {
     "TestLensModel test_change_source_redshift": "haloray's model has one source; make another model",
     "TestMultiPlane test_ray_shooting_partial": INTERNALS,
     "TestMultiPlane test_position_convention": COSMOLOGY,
+    "TestMultiPlaneDecoupled": INTERNALS,
 }
 
 
@@ -109,12 +110,12 @@ def main() -> int:
     print(f"\n{len(plugin.passed) + len(plugin.failed)} tests got haloray's LensModel, {len(plugin.passed)} pass")
     unknown = 0
     for name, message in sorted(plugin.failed.items()):
-        reason = next((why for end, why in EXPLAINED.items() if name.endswith(end)), None)
+        reason = next((why for part, why in EXPLAINED.items() if part in name), None)
         unknown += reason is None
         print(f"{name}\n    {message}\n    {reason or 'NOT EXPLAINED'}")
-    passing = [end for end in EXPLAINED if not any(name.endswith(end) for name in plugin.failed)]
-    for end in passing:
-        print(f"{end} is explained, but passes")
+    passing = [part for part in EXPLAINED if not any(part in name for name in plugin.failed)]
+    for part in passing:
+        print(f"{part} is explained, but passes")
     return 1 if unknown or passing else 0
 
 

@@ -107,7 +107,7 @@ def _pair(ax: Any, draws: Sequence[tuple[Array | None, Array | None]]) -> None:
 def _outer(ax: Any, labels: Sequence[str], row: int, column: int, n: int) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    most = 2 if n > 3 else 4
+    most = 2 if n > 2 else 3
     # Numbers at the ends would meet those of the next panel.
     ax.xaxis.set_major_locator(MaxNLocator(most + 1, prune="both", min_n_ticks=1))
     ax.yaxis.set_major_locator(MaxNLocator(most + 1, prune="both", min_n_ticks=1))

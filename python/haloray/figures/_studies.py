@@ -35,7 +35,9 @@ def deviations(table: Any, ax: Axes | None = None) -> Axes:
     for i, name in enumerate(names):
         sigma = np.sort(finite(own[name]))
         sigma = sigma[sigma > 0.0]
-        ax.step(sigma, np.arange(1, len(sigma) + 1) / len(sigma), where="post", color=CYCLE[i % 5], label=_plain(name))
+        steps = np.arange(len(sigma) + 1) / max(len(sigma), 1)
+        places, heights = np.repeat(sigma, 2), np.stack([steps[:-1], steps[1:]], axis=1).ravel()
+        ax.plot(places, heights, color=CYCLE[i % 5], label=_plain(name))
     ax.set(xscale="log", ylim=(0.0, 1.0), xlabel="deviation from the definition [σ]", ylabel="fraction of fits")
     ax.legend(loc="upper left")
     return ax
