@@ -26,6 +26,19 @@ python:
 bench-python: python
     .venv/bin/python python/benchmarks/speed.py --command .venv/bin/haloray
 
+# the notebooks of docs/notebooks, executed; figures into target/notebooks
+notebooks: python
+    .venv/bin/pip install --quiet './python[notebooks]'
+    .venv/bin/python docs/notebooks/run.py target/notebooks
+
+# lenstronomy's own tests of LensModel, unchanged, with haloray's in its place
+lenstronomy-tests: python
+    .venv/bin/python data/oracle/lenstronomy_tests.py target/lenstronomy
+
+# wheel and source distribution into target/wheel, checked in an environment of its own
+wheel:
+    bash python/check_wheel.sh target/wheel
+
 # the slow tests, which `just test` leaves out; writes docs/NIGHTLY.md
 nightly:
     bash .ci/nightly

@@ -10,14 +10,19 @@ expected, a float64 array in the unit of its name, or an astropy Quantity, will 
 >>> beta_x, beta_y = sight.ray_shooting([1.0, 0.0], [0.0, 1.0])
 """
 
+from . import figures
 from ._config import config
+from ._coolest import CoolestModel, from_coolest, to_coolest
+from ._decoupled import DecoupledMultiPlane
+from ._ensemble import Ensemble, ensemble
 from ._errors import Error, FileError, InputError, MissingFileError
 from ._fit import Fit, Observation, Parameter, fit, model_text, models
 from ._haloes import Haloes, populate
 from ._haloray import Config, __version__, number_of_threads, set_threads
 from ._lens_model import LENS_MODELS, CriticalCurve, LensModel, PointImages
+from ._mock import Mock, MockImage, mock
 from ._pyhalo import from_lens_models, from_pyhalo, to_lens_models
-from ._read import Posterior, Run, read
+from ._read import Posterior, Run, open_ensemble, open_posterior, open_run, read
 from ._run import Image, Simulation, image, simulate
 from ._sight import Effective, Flexion, Interpol, LineOfSight, Rays, Tidal
 from ._versions import show_versions
@@ -25,8 +30,11 @@ from ._versions import show_versions
 __all__ = [
     "LENS_MODELS",
     "Config",
+    "CoolestModel",
     "CriticalCurve",
+    "DecoupledMultiPlane",
     "Effective",
+    "Ensemble",
     "Error",
     "FileError",
     "Fit",
@@ -38,6 +46,8 @@ __all__ = [
     "LensModel",
     "LineOfSight",
     "MissingFileError",
+    "Mock",
+    "MockImage",
     "Observation",
     "Parameter",
     "PointImages",
@@ -48,17 +58,25 @@ __all__ = [
     "Tidal",
     "__version__",
     "config",
+    "ensemble",
+    "figures",
     "fit",
+    "from_coolest",
     "from_lens_models",
     "from_pyhalo",
     "image",
+    "mock",
     "model_text",
     "models",
     "number_of_threads",
+    "open_ensemble",
+    "open_posterior",
+    "open_run",
     "populate",
     "read",
     "set_threads",
     "show_versions",
     "simulate",
+    "to_coolest",
     "to_lens_models",
 ]

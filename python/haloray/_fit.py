@@ -81,19 +81,48 @@ class Observation:
 
     @classmethod
     def from_lenstronomy(cls, kwargs_data: Mapping[str, Any], kwargs_psf: Mapping[str, Any]) -> Observation:
-        """Of lenstronomy's ``ImageData`` and ``PSF`` keywords: square pixels along the axes, one exposure time."""
+        """Of lenstronomy's ``ImageData`` and ``PSF`` keywords.
+
+        Parameters
+        ----------
+        kwargs_data : mapping
+            ``image_data`` (e⁻/s), ``background_rms``, ``exposure_time`` (a number), ``transform_pix2angle`` (a positive number
+            times the unit matrix); ``ra_at_xy_0``, ``dec_at_xy_0`` of an image about the axis; ``likelihood_mask``.
+        kwargs_psf : mapping
+            ``psf_type`` GAUSSIAN (``fwhm``, ``truncation``), PIXEL (``kernel_point_source``,
+            ``point_source_supersampling_factor``) or NONE.
+
+        Raises
+        ------
+        InputError
+            A keyword that is missing, or whose effect haloray does not have: noise maps, exposure maps, rotated or
+            off-centre grids.
+        """
+        known = {"image_data", "background_rms", "exposure_time", "transform_pix2angle", "likelihood_mask"}
+        known |= {"ra_at_xy_0", "dec_at_xy_0"}
+        _check_keywords("kwargs_data", kwargs_data, known, {"image_data", "background_rms", "exposure_time"})
+        data = image("image_data", kwargs_data["image_data"])
         transform = kwargs_data.get("transform_pix2angle", [[1.0, 0.0], [0.0, 1.0]])
         (xx, xy), (yx, yy) = transform
         if xy != 0.0 or yx != 0.0 or xx != yy or xx <= 0.0:
             raise refuse("transform_pix2angle", transform, "a positive number times the unit matrix")
+        corner = -0.5 * (len(data) - 1) * xx
+        for name in ("ra_at_xy_0", "dec_at_xy_0"):
+            at = number(name, kwargs_data.get(name, corner), "arcsec")
+            if abs(at - corner) > 1e-9 * len(data):
+                raise refuse(name, at, f"{corner:g}: the image is about the axis")
         kind = kwargs_psf.get("psf_type", "NONE")
         options: dict[str, Any] = {}
         if kind == "GAUSSIAN":
+            _check_keywords("kwargs_psf", kwargs_psf, {"psf_type", "fwhm", "truncation", "pixel_size"}, {"fwhm"})
             options = {
                 "psf_fwhm_arcsec": kwargs_psf["fwhm"],
                 "psf_truncation_sigma": kwargs_psf.get("truncation", 5.0),
             }
         elif kind == "PIXEL":
+            kernel = {"kernel_point_source"}
+            allowed = kernel | {"psf_type", "point_source_supersampling_factor"}
+            _check_keywords("kwargs_psf", kwargs_psf, allowed, kernel)
             options = {
                 "psf_kernel": kwargs_psf["kernel_point_source"],
                 "psf_oversampling": kwargs_psf.get("point_source_supersampling_factor", 1),
@@ -101,7 +130,7 @@ class Observation:
         elif kind != "NONE":
             raise refuse("psf_type", kind, '"GAUSSIAN", "PIXEL" or "NONE"')
         return cls(
-            kwargs_data["image_data"],
+            data,
             pixel_scale_arcsec=xx,
             background_rms_e_s=kwargs_data["background_rms"],
             exposure_s=number("exposure_time", kwargs_data["exposure_time"], "s"),
@@ -118,6 +147,15 @@ class Observation:
     def pixel_scale_arcsec(self) -> float:
         """Width of a pixel."""
         return self._native.pixel_scale_arcsec
+
+
+def _check_keywords(what: str, given: Mapping[str, Any], known: set[str], required: set[str]) -> None:
+    for name in given:
+        if name not in known and given[name] is not None:
+            raise InputError(f"{what} has {name}, but must have only {', '.join(sorted(known))}")
+    for name in sorted(required):
+        if given.get(name) is None:
+            raise InputError(f"{name} of {what} is missing, but must be given")
 
 
 def _numbers(mask: Any) -> Any:
@@ -164,6 +202,12 @@ class Fit:
         The image of the best fit, e⁻/s, and (data − model)/σ.
     model_toml : str
         The model in full.
+    data_e_s : ndarray, shape (n, n)
+        The image that was fitted, e⁻/s; NaN where the mask leaves a pixel out.
+    pixel_scale_arcsec : float
+        Width of a pixel.
+    source : dict of str to float
+        The first source of the best fit by lenstronomy's names, and its ``amplitude``; empty for other profiles than Sérsic's.
     """
 
     parameters: dict[str, Parameter]
@@ -173,6 +217,9 @@ class Fit:
     model_e_s: Array
     normalised_residuals: Array
     model_toml: str
+    data_e_s: Array
+    pixel_scale_arcsec: float
+    source: dict[str, float]
 
     @property
     def converged(self) -> bool:
@@ -214,6 +261,12 @@ class Fit:
     def to_arviz(self) -> Any:
         """ArviZ's object: ``InferenceData`` of ArviZ 0.x, ``DataTree`` of 1.x."""
         return to_arviz(self.posterior, self.sample_stats)
+
+    def plot_corner(self, names: Any = None, **options: Any) -> Any:
+        """The corner plot; see :func:`haloray.figures.corner`."""
+        from .figures import corner
+
+        return corner(self, names, **options)
 
 
 def to_arviz(posterior: Mapping[str, Array], sample_stats: Mapping[str, Array]) -> Any:
@@ -323,6 +376,9 @@ def fit_of(found: dict[str, Any]) -> Fit:
         found["model_e_s"],
         found["normalised_residuals"],
         found["model_toml"],
+        found["data_e_s"],
+        found["pixel_scale_arcsec"],
+        found["source"],
     )
 
 

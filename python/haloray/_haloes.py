@@ -281,7 +281,8 @@ def as_haloes(haloes: HaloesLike, z_source: float | None, cosmology: Any = None)
     if hasattr(haloes, "colnames"):
         return Haloes.from_table(haloes, z_source, cosmology)
     if hasattr(haloes, "columns") and hasattr(haloes, "iloc"):
-        return Haloes.from_dataframe(haloes, z_source, cosmology)
+        frame: Any = haloes
+        return Haloes.from_dataframe(frame, z_source, cosmology)
     if isinstance(haloes, Mapping):
         return Haloes.from_columns(haloes, z_source, cosmology)
     raise refuse("haloes", haloes, "haloray.Haloes, a table, the path of one, or columns by name")

@@ -1,13 +1,13 @@
 """The native half: float64 columns, names and numbers in; arrays out."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-_Array = NDArray[np.float64]
-_Progress = Callable[[str, int, int | None, str], object] | None
+_Array: TypeAlias = NDArray[np.float64]
+_Progress: TypeAlias = Callable[[str, int, int | None, str], object] | None
 
 __version__: str
 git_revision: str
@@ -45,6 +45,9 @@ class Config:
     def z_lens(self) -> float: ...
     @property
     def z_source(self) -> float: ...
+    @property
+    def background_rms_e_s(self) -> float: ...
+    def number(self, section: str, key: str) -> float: ...
     @property
     def cosmology(self) -> tuple[float, float]: ...
     @property
@@ -93,7 +96,7 @@ class Sight:
     def effective(self, z_lens: float) -> dict[str, float]: ...
     def maps(self, points: int, half_width_arcsec: float, way: _Way, progress: _Progress = None) -> dict[str, Any]: ...
 
-_Kwargs = Sequence[Mapping[str, Any]]
+_Kwargs: TypeAlias = Sequence[Mapping[str, Any]]
 
 class Lens:
     """A list of profiles, and where their planes are."""
@@ -116,7 +119,9 @@ class Lens:
     ) -> _Array: ...
     def delay_days(self, x: _Array, y: _Array, kwargs: _Kwargs) -> _Array: ...
     def days_per_arcsec2(self, z_lens: float | None) -> float: ...
-    def point_images(self, source: tuple[float, float], kwargs: _Kwargs, half_width_arcsec: float) -> dict[str, Any]: ...
+    def point_images(
+        self, source: tuple[float, float], kwargs: _Kwargs, half_width_arcsec: float
+    ) -> dict[str, Any]: ...
     def critical_curves(self, kwargs: _Kwargs, half_width_arcsec: float) -> list[dict[str, Any]]: ...
     def einstein_radius(self, kwargs: _Kwargs, centre: tuple[float, float] | None) -> float | None: ...
     def warnings(self, kwargs: _Kwargs) -> list[str]: ...
@@ -143,6 +148,41 @@ class Observation:
     @property
     def pixel_scale_arcsec(self) -> float: ...
 
+class EnsemblePlan:
+    """What an ensemble is to hold; computes any part of it."""
+
+    def __init__(
+        self,
+        config: Config,
+        lenses: Sequence[tuple[str, float, float, float | None]],
+        level: str,
+        model: str,
+        first: int,
+        number: int,
+    ) -> None: ...
+    def columns(self) -> tuple[list[tuple[str, str, str]], list[tuple[str, str, str]]]: ...
+    def stacks(self) -> list[tuple[str, str, str, str, tuple[int, int], float]]: ...
+    def compute(self, start: int, end: int, folder: str, progress: _Progress = None) -> dict[str, Any]: ...
+    def write(
+        self,
+        all_haloes: _Array,
+        tidal_haloes: _Array,
+        stacks: Sequence[NDArray[np.float32]],
+        failures: Sequence[tuple[int, str]],
+        output: str,
+        overwrite: bool,
+    ) -> list[str]: ...
+
+def mock(
+    preset: str,
+    seed: int,
+    start: int,
+    end: int,
+    pixel_sampling: str,
+    images: bool,
+    progress: _Progress = None,
+) -> dict[str, Any]: ...
+def mock_instrument() -> tuple[float, float, float, float, float]: ...
 def populate(
     config: Config, imported: Catalogue | None = None, sightline: int = 0, progress: _Progress = None
 ) -> Catalogue: ...
@@ -172,7 +212,8 @@ def models() -> list[tuple[str, str]]:
 def model_text(name: str) -> str:
     """The TOML of a built-in model."""
 
-def read_groups(path: str) -> tuple[dict[str, Any], str]: ...
+def draw_statistics(draws: _Array) -> tuple[float, float, float]: ...
+def read_groups(path: str) -> tuple[dict[str, Any], str, dict[str, dict[str, Any]], dict[str, str]]: ...
 def read_posterior(path: str) -> list[tuple[str, str, _Array]]: ...
 def set_threads(number: int) -> None:
     """Work from now on has so many threads; 0 means all cores."""

@@ -15,6 +15,8 @@ from ._units import Array, Points, number, optional, refuse, whole
 
 #: Names that a ``lens_model_list`` may hold.
 LENS_MODELS: tuple[str, ...] = tuple(lens_model_names)
+#: Those of a line of sight, of which a list may hold one.
+LOS_MODELS: tuple[str, ...] = tuple(name for name in LENS_MODELS if name.startswith("LOS"))
 
 Kwargs = Sequence[Mapping[str, Any]]
 
@@ -118,6 +120,13 @@ class LensModel:
             raise refuse("lens_model_list", lens_model_list, "a list of names")
         self.lens_model_list: list[str] = list(lens_model_list)
         self.multi_plane = bool(multi_plane)
+        los = [name for name in self.lens_model_list if name in LOS_MODELS]
+        if len(los) > 1:
+            raise refuse("lens_model_list", lens_model_list, f"a list with one line-of-sight model, not {len(los)}")
+        if los and self.multi_plane:
+            raise refuse(
+                "lens_model_list", lens_model_list, f"without {los[0]}, which has one plane, or multi_plane=False"
+            )
         self.z_lens, self.z_source = optional("z_lens", z_lens), optional("z_source", z_source)
         self.redshift_list = None if lens_redshift_list is None else [number("redshift", z) for z in lens_redshift_list]
         if self.multi_plane and self.redshift_list is None:
@@ -129,6 +138,40 @@ class LensModel:
     def _lens(self) -> Lens:
         redshifts = self.redshift_list if self.multi_plane else None
         return Lens(self.lens_model_list, self.z_lens, self.z_source, redshifts, parameters(self.cosmo))
+
+    @property
+    def type(self) -> str:
+        """lenstronomy's name of this kind of model."""
+        if self.multi_plane:
+            return "MultiPlane"
+        los = [name for name in self.lens_model_list if name in LOS_MODELS]
+        return "SinglePlane" if not los else "SinglePlaneLOSFlexion" if "FLEXION" in los[0] else "SinglePlaneLOS"
+
+    @property
+    def lens_model(self) -> LensModel:
+        """The model itself, where lenstronomy has an inner object: its analytical solvers read ``lens_model.alpha_scaling``."""
+        return self
+
+    @property
+    def alpha_scaling(self) -> float:
+        """lenstronomy's factor of all deflections: 1."""
+        return 1.0
+
+    def change_source_redshift(self, z_source: float | None) -> None:
+        """Nothing for the model's own source redshift; deflections are reduced to that one.
+
+        Raises
+        ------
+        NotImplementedError
+            For another: make a model with it and the arguments that belong to it.
+        """
+        if z_source is not None and number("z_source", z_source) != self.z_source:
+            raise NotImplementedError("haloray.LensModel has one source: make another model for another redshift")
+
+    @property
+    def profile_kwargs_list(self) -> list[dict[str, Any]]:
+        """lenstronomy's options of profiles: none."""
+        return [{} for _ in self.lens_model_list]
 
     def __repr__(self) -> str:
         return f"<haloray.LensModel: {', '.join(self.lens_model_list)}>"
@@ -174,6 +217,8 @@ class LensModel:
 
     def alpha(self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None) -> tuple[Any, Any]:
         """Deflection α = θ − β, arcsec; see :meth:`ray_shooting`."""
+        if diff is not None and self.multi_plane:
+            raise refuse("diff", diff, "None with many planes, as in lenstronomy")
         points = Points(("x", "y"), x, y)
         beta_x, beta_y, _, _ = self._trace(points, kwargs, k, 0)
         return points.shaped(points.x - beta_x), points.shaped(points.y - beta_y)
@@ -182,6 +227,8 @@ class LensModel:
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
     ) -> tuple[Any, Any, Any, Any]:
         """f_xx, f_xy, f_yx, f_yy with f_ij = ∂α_i/∂θ_j; see :meth:`ray_shooting`."""
+        if diff_method not in ("square", "cross"):
+            raise refuse("diff_method", diff_method, '"square" or "cross", which both are the analytic result')
         points = Points(("x", "y"), x, y)
         _, _, jacobian, _ = self._trace(points, kwargs, k, 1)
         assert jacobian is not None

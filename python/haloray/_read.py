@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ._config import _of_toml
-from ._errors import InputError
+from ._errors import InputError, MissingFileError
 from ._fit import Observation, to_arviz
 from ._haloes import Haloes
 from ._haloray import Config, read_groups, read_posterior
@@ -36,6 +38,16 @@ class Posterior:
         """ArviZ's object, see :meth:`Fit.to_arviz`."""
         return to_arviz(self.posterior, {})
 
+    def to_xarray(self) -> xarray.Dataset:
+        """The draws as an xarray data set with dimensions ``chain`` and ``draw``."""
+        variables = {
+            name: (("chain", "draw"), draws, {"units": self.units[name]} if self.units[name] else {})
+            for name, draws in self.posterior.items()
+        }
+        chains, draws = next(iter(self.posterior.values())).shape if self.posterior else (0, 0)
+        found: xarray.Dataset = _xarray().Dataset(variables, {"chain": np.arange(chains), "draw": np.arange(draws)})
+        return found
+
 
 @dataclass(frozen=True)
 class Run:
@@ -45,6 +57,10 @@ class Run:
     ----------
     groups : dict of str to dict
         Its groups; columns, maps and images by name, (y, x) where square.
+    attributes : dict of str to dict
+        Numbers and text attached to a group, by its path.
+    units : dict of str to str
+        Unit of each column, map and image by its path, such as ``haloes/chi_cmpc``.
     config : Config
         What it was made from.
     path : str
@@ -54,6 +70,12 @@ class Run:
     groups: dict[str, Any]
     config: Config
     path: str
+    attributes: dict[str, dict[str, Any]] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+
+    def setting(self, section: str, key: str) -> float:
+        """A number of the configuration, such as ``setting("lens", "einstein_radius_arcsec")``."""
+        return self.config.number(section, key)
 
     def haloes(self) -> Haloes:
         """The haloes of the run."""
@@ -90,11 +112,111 @@ def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
         variables = read_posterior(name)
         return Posterior({own: draws for own, _, draws in variables}, {own: unit for own, unit, _ in variables})
     if suffix in (".h5", ".hdf5"):
-        groups, toml = read_groups(name)
-        return Run(groups, _of_toml(toml), name)
+        groups, toml, attributes, units = read_groups(name)
+        if not toml:
+            raise InputError(f"{name} holds no configuration, but must be written by haloray")
+        return Run(groups, _of_toml(toml), name, attributes, units)
     if suffix in (".fits", ".fit", ".fz"):
         return Observation.read(name)
     raise InputError(f"{name} is no .nc, .h5 or .fits file; tables of haloes are read by Haloes.read")
 
 
-__all__ = ["Posterior", "Run", "read"]
+def open_run(path: str | os.PathLike[str]) -> xarray.DataTree:
+    """Open a ``run.h5`` (or the folder of a run) as an xarray ``DataTree`` with its groups, units and attributes.
+
+    Columns of haloes have the dimension ``halo``, maps ``theta_y``, ``theta_x``, images ``y``, ``x`` with coordinates in
+    arcsec; other columns a dimension named after their group.
+
+    Raises
+    ------
+    InputError
+        A file of another kind, or a damaged one.
+    MissingFileError
+        No such file.
+    """
+    name = os.fspath(path)
+    run = read(os.path.join(name, "run.h5") if os.path.isdir(name) else name)
+    if not isinstance(run, Run):
+        raise InputError(f"{name} is no run of haloray")
+    groups: dict[str, Any] = {}
+    _gather(run, "", run.groups, groups)
+    groups.setdefault("/", _xarray().Dataset()).attrs["configuration"] = run.config.toml
+    tree: xarray.DataTree = _xarray().DataTree.from_dict(groups)
+    return tree
+
+
+def _gather(run: Run, path: str, members: dict[str, Any], groups: dict[str, Any]) -> None:
+    about = run.attributes.get(path or "/", {})
+    variables: dict[str, Any] = {}
+    coords: dict[str, Any] = {}
+    for name, values in members.items():
+        if isinstance(values, dict):
+            _gather(run, f"{path}/{name}".lstrip("/"), values, groups)
+            continue
+        unit = run.units.get(f"{path}/{name}".lstrip("/"), "")
+        own = np.asarray(values)
+        dims: tuple[str, ...] = ("halo",) if path == "haloes" else (f"{path.rpartition('/')[2]}_{len(own)}",)
+        if own.ndim == 2:
+            n = own.shape[0]
+            if "half_width_arcsec" in about:
+                dims, axis = ("theta_y", "theta_x"), np.linspace(-1.0, 1.0, n) * about["half_width_arcsec"]
+            else:
+                dims, axis = ("y", "x"), (np.arange(n) - 0.5 * (n - 1)) * about.get("pixel_scale_arcsec", 1.0)
+            coords.update({dim: (dim, axis, {"units": "arcsec"}) for dim in dims})
+        variables[name] = (dims, own, {"units": unit} if unit else {})
+    groups["/" + path] = _xarray().Dataset(variables, coords, dict(about))
+
+
+def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xarray.Dataset:
+    """Open a group of a ``sightlines.h5`` (or the folder of an ensemble) as an xarray ``Dataset``.
+
+    Parameters
+    ----------
+    path : path
+        The file, or the folder of ``haloray ensemble``.
+    group : {"sightlines", "tidal_haloes", "maps", "images", "lenses", "failures"}
+        Which group.
+
+    Raises
+    ------
+    MissingFileError
+        No such file.
+    """
+    name = os.fspath(path)
+    name = os.path.join(name, "sightlines.h5") if os.path.isdir(name) else name
+    if not os.path.exists(name):
+        raise MissingFileError(f"cannot read {name}: no such file")
+    try:
+        found: xarray.Dataset = _xarray().open_dataset(name, group=group, engine="h5netcdf")
+        return found
+    except OSError as error:
+        raise InputError(f"{name} has no group {group!r} of an ensemble: {error}") from error
+
+
+def open_posterior(path: str | os.PathLike[str]) -> xarray.Dataset:
+    """Open a ``posterior.nc`` (or the folder of a fit) as an xarray ``Dataset`` with dimensions ``chain`` and ``draw``.
+
+    Raises
+    ------
+    InputError
+        A file of another kind, or a damaged one.
+    MissingFileError
+        No such file.
+    """
+    name = os.fspath(path)
+    found = read(os.path.join(name, "posterior.nc") if os.path.isdir(name) else name)
+    if not isinstance(found, Posterior):
+        raise InputError(f"{name} is no posterior of haloray")
+    return found.to_xarray()
+
+
+def _xarray() -> Any:
+    """The package xarray."""
+    try:
+        import xarray
+    except ImportError as error:
+        raise ImportError("this needs xarray: pip install xarray h5netcdf") from error
+    return xarray
+
+
+__all__ = ["Posterior", "Run", "open_ensemble", "open_posterior", "open_run", "read"]

@@ -51,6 +51,11 @@ class Image:
     config: Config
     sightline: int = 0
 
+    @property
+    def background_rms_e_s(self) -> float:
+        """Standard deviation of the background per pixel, e⁻/s."""
+        return self.config.background_rms_e_s
+
     def write(self, path: str | os.PathLike[str], noise_free: bool = False) -> None:
         """Write the image as FITS that :func:`fit` and ``haloray fit`` read, with the same bytes as ``haloray image``."""
         pixels = self.noise_free_e_s if noise_free else self.noisy_e_s

@@ -17,6 +17,8 @@ from ._units import Array, Points, number, optional, refuse, whole
 if TYPE_CHECKING:
     import xarray
 
+    from ._decoupled import DecoupledMultiPlane
+
 
 @dataclass(frozen=True)
 class Tidal:
@@ -336,6 +338,37 @@ class LineOfSight:
         half_width_arcsec = number("half_width_arcsec", half_width_arcsec, "arcsec")
         points = whole("points", points, 2, 4096)
         return dataset(self._native.maps(points, half_width_arcsec, way, callback(progress)))
+
+    def to_decoupled_multiplane(
+        self, lens: tuple[float, str, Mapping[str, float]], half_width_arcsec: float = 2.5, n: int = 201
+    ) -> DecoupledMultiPlane:
+        """Tables for lenstronomy's decoupled multi-plane (``decouple_multi_plane=True``), around a fiducial main lens.
+
+        Behind the fiducial lens lenstronomy's β is that of all haloes but for the interpolation; behind another one the
+        haloes beyond the lens are taken along the fiducial rays: ``error(x, y, lens)`` of the result says what that costs.
+
+        Parameters
+        ----------
+        lens : (redshift, name, arguments)
+            The fiducial main lens; see the class.
+        half_width_arcsec : float
+            Largest \\|θ_x\\| and \\|θ_y\\| of the tables; lenstronomy refuses rays outside.
+        n : int
+            Nodes a side.
+
+        Returns
+        -------
+        DecoupledMultiPlane
+            ``kwargs`` is ``kwargs_multiplane_model``, ``error_arcsec`` the largest error behind the fiducial lens.
+
+        Raises
+        ------
+        InputError
+            Arguments outside their domain.
+        """
+        from ._decoupled import decoupled
+
+        return decoupled(self, lens, half_width_arcsec, n)
 
     def to_interpol(
         self,

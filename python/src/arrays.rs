@@ -11,8 +11,9 @@ use crate::errors::{OrRaise, input};
 /// A column as Python hands it over: float64, contiguous.
 pub type Column<'py> = PyReadonlyArray1<'py, f64>;
 
-/// Rays that are traced together: what a megabyte holds.
-const CHUNK: usize = 1 << 16;
+/// Rays that are traced together: adaptive tracing prepares its tiles and checks itself anew in every call, so that few large
+/// calls cost less; a million rays with all derivatives take a hundred megabytes meanwhile.
+const CHUNK: usize = 1 << 20;
 
 /// The numbers of a column.
 pub fn numbers<'a>(py: Python<'_>, name: &str, column: &'a Column<'_>) -> PyResult<&'a [f64]> {
@@ -80,7 +81,7 @@ impl Traced {
     }
 }
 
-/// Traces the rays (x, y), a megabyte of them at a time.
+/// Traces the rays (x, y), a million of them at a time.
 pub fn trace(
     mapping: &dyn Mapping,
     [x, y]: [&[f64]; 2],

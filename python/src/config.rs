@@ -88,9 +88,25 @@ impl Config {
         self.text().or_raise(py)
     }
 
+    /// A number of a section.
+    fn number(&self, py: Python<'_>, section: &str, key: &str) -> PyResult<f64> {
+        let table: toml::Table = toml::from_str(&self.text().or_raise(py)?)
+            .map_err(|why| input(py, UNNAMED, why, "representable as TOML"))?;
+        let value = table.get(section).and_then(|own| own.get(key));
+        let number = value.and_then(|own| own.as_float().or(own.as_integer().map(|n| n as f64)));
+        number
+            .ok_or_else(|| input(py, &format!("{section}.{key}"), "missing", "a number of the configuration"))
+    }
+
     #[getter]
     fn seed(&self) -> u64 {
         self.0.seed
+    }
+
+    /// Standard deviation of the background per pixel, e⁻/s.
+    #[getter]
+    fn background_rms_e_s(&self) -> f64 {
+        self.0.instrument.background_rms_e_s()
     }
 
     #[getter]

@@ -1,5 +1,6 @@
 //! Fits: an image and a model to a posterior.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use haloray::Error;
@@ -8,16 +9,17 @@ use haloray::inference::model::{BUILT_IN, CompiledModel, LikelihoodKind, ModelDe
 use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
-use haloray::inference::{Fit, FitSettings, NoStore};
+use haloray::inference::{DrawStatistics, Fit, FitSettings, NoStore};
 use haloray::io::{Provenance, read_observation};
 use haloray::mapping::HaloSight;
 use haloray::mapping::tidal::LineOfSightKind;
+use haloray::profile::light::Sersic;
 use haloray::report::{FitSummary, RunRecord, write_fit};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::square;
+use crate::arrays::{Column, numbers, square};
 use crate::config::toml_of_json;
 use crate::errors::{OrRaise, input};
 use crate::run::staged;
@@ -265,7 +267,34 @@ pub fn fit<'py>(
     let side = observation.observation.grid.pixels();
     all.set_item("model_e_s", square(py, fit.image.model_e_s.clone(), side)?)?;
     all.set_item("normalised_residuals", square(py, fit.normalised_residuals(), side)?)?;
+    let used = observation.observation.data_e_s.iter().zip(&observation.observation.used);
+    let data = used.map(|(flux, used)| if *used { *flux } else { f64::NAN }).collect();
+    all.set_item("data_e_s", square(py, data, side)?)?;
+    all.set_item("pixel_scale_arcsec", observation.observation.grid.pixel_scale_arcsec())?;
+    all.set_item("source", source_of(&fit))?;
     Ok(all)
+}
+
+/// The first source of the best fit by lenstronomy's names, with its amplitude; nothing for another profile than Sérsic's.
+fn source_of(fit: &Fit) -> BTreeMap<&'static str, f64> {
+    let model = fit.likelihood.model();
+    let value = |name: &'static str| Some((name, model.value_of(&format!("source.{name}"), &fit.best_fit)?));
+    let found: Option<BTreeMap<_, _>> = Sersic::PARAMETERS.iter().map(|own| value(own.name)).collect();
+    match (found, fit.image.amplitudes.first()) {
+        (Some(mut found), Some(amplitude)) => {
+            found.insert("amplitude", *amplitude);
+            found
+        }
+        _ => BTreeMap::new(),
+    }
+}
+
+/// Median and 68% highest-density interval of draws.
+#[pyfunction]
+pub fn draw_statistics(py: Python<'_>, draws: Column<'_>) -> PyResult<(f64, f64, f64)> {
+    let found = DrawStatistics::of(numbers(py, "draws", &draws)?);
+    let found = found.ok_or_else(|| input(py, "draws", "none", "at least one finite number"))?;
+    Ok((found.median, found.hpd68_low, found.hpd68_high))
 }
 
 /// The draws by name, each (chain, draw), and what the sampler noted.

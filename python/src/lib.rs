@@ -6,10 +6,12 @@
 mod arrays;
 mod checks;
 mod config;
+mod ensemble;
 mod errors;
 mod fit;
 mod haloes;
 mod lens;
+mod mock;
 mod read;
 mod run;
 mod sight;
@@ -32,11 +34,15 @@ fn _haloray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<sight::Sight>()?;
     module.add_class::<lens::Lens>()?;
     module.add_class::<fit::Observation>()?;
+    module.add_class::<ensemble::EnsemblePlan>()?;
     module.add_function(wrap_pyfunction!(haloes::populate, module)?)?;
     module.add_function(wrap_pyfunction!(run::image, module)?)?;
     module.add_function(wrap_pyfunction!(run::write_image, module)?)?;
     module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(mock::mock, module)?)?;
+    module.add_function(wrap_pyfunction!(mock::mock_instrument, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::draw_statistics, module)?)?;
     module.add_function(wrap_pyfunction!(fit::models, module)?)?;
     module.add_function(wrap_pyfunction!(fit::model_text, module)?)?;
     module.add_function(wrap_pyfunction!(read::read_groups, module)?)?;

@@ -1,11 +1,13 @@
 //! Files of results, read back.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use haloray::io::{RunFileReader, read_posterior as read_draws};
+use haloray::io::{AttributeValue, RunFileReader, read_posterior as read_draws};
+use haloray::pipeline::{LosShears, SightScalars};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::errors::OrRaise;
 use crate::watch::run;
@@ -39,6 +41,71 @@ fn group(file: &RunFileReader, path: &str) -> haloray::Result<Vec<(String, Node)
     Ok(members)
 }
 
+/// What may be attached to a group beside the numbers of a sight.
+const ATTACHED: [&str; 18] = [
+    "z_source",
+    "lens_cmpc",
+    "source_cmpc",
+    "half_width_arcsec",
+    "kappa_on_axis",
+    "gamma1_on_axis",
+    "gamma2_on_axis",
+    "name",
+    "z",
+    "pixel_scale_arcsec",
+    "background_rms_e_s",
+    "lens_e1",
+    "lens_e2",
+    "source_e1",
+    "source_e2",
+    "source_x_arcsec",
+    "source_y_arcsec",
+    "unit",
+];
+
+/// The attributes of groups and the units of what they hold, by path.
+#[derive(Default)]
+struct Attached {
+    groups: Vec<(String, Vec<(String, AttributeValue)>)>,
+    units: Vec<(String, String)>,
+}
+
+impl Attached {
+    fn gather(&mut self, file: &RunFileReader, path: &str, members: &[(String, Node)], scalars: &[String]) {
+        let names = ATTACHED.iter().copied().chain(scalars.iter().map(String::as_str));
+        let found = names.filter_map(|name| Some((name.to_owned(), file.read_attribute(path, name).ok()?)));
+        self.groups.push((path.to_owned(), found.collect()));
+        for (name, node) in members {
+            let full = if path == "/" { name.clone() } else { format!("{path}/{name}") };
+            if let Node::Group(members) = node {
+                self.gather(file, &full, members, scalars);
+            } else if let Ok(AttributeValue::Text(unit)) = file.read_attribute(&full, "unit") {
+                self.units.push((full, unit));
+            }
+        }
+    }
+}
+
+fn attributes<'py>(
+    py: Python<'py>,
+    groups: Vec<(String, Vec<(String, AttributeValue)>)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    for (path, found) in groups {
+        let own = PyDict::new(py);
+        for (name, value) in found {
+            match value {
+                AttributeValue::F64(value) => own.set_item(name, value)?,
+                AttributeValue::I64(value) => own.set_item(name, value)?,
+                AttributeValue::U64(value) => own.set_item(name, value)?,
+                AttributeValue::Text(value) => own.set_item(name, value)?,
+            }
+        }
+        all.set_item(path, own)?;
+    }
+    Ok(all)
+}
+
 fn into_dict(py: Python<'_>, members: Vec<(String, Node)>) -> PyResult<Bound<'_, PyDict>> {
     let dict = PyDict::new(py);
     for (name, node) in members {
@@ -54,14 +121,26 @@ fn into_dict(py: Python<'_>, members: Vec<(String, Node)>) -> PyResult<Bound<'_,
     Ok(dict)
 }
 
-/// The groups of a run's file as dictionaries, and its configuration.
+/// The groups of a run's file as dictionaries, its configuration, what is attached to groups, and units.
 #[pyfunction]
-pub fn read_groups(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyDict>, String)> {
-    let (members, toml) = run(py, None, |_| {
+pub fn read_groups(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyTuple>> {
+    let (members, toml, attached) = run(py, None, |_| {
         let file = RunFileReader::open(&path)?;
-        Ok((group(&file, "/")?, file.provenance()?.config_toml))
+        let members = group(&file, "/")?;
+        let scalars = SightScalars::nothing().quantities(Some(&LosShears::nothing()));
+        let beside = SightScalars::nothing().quantities_beside();
+        let scalars: Vec<String> = scalars.0.into_iter().chain(beside.0).map(|(name, ..)| name).collect();
+        let mut attached = Attached::default();
+        attached.gather(&file, "/", &members, &scalars);
+        Ok((members, file.provenance()?.config_toml, attached))
     })?;
-    Ok((into_dict(py, members)?, toml))
+    (
+        into_dict(py, members)?,
+        toml,
+        attributes(py, attached.groups)?,
+        attached.units.into_iter().collect::<BTreeMap<_, _>>(),
+    )
+        .into_pyobject(py)
 }
 
 /// (name, unit, draws (chain, draw)) of every quantity of a posterior.nc.

@@ -18,7 +18,7 @@ use crate::haloes::Catalogue;
 use crate::watch::run;
 
 /// The PSF of a configuration: Gaussian, or the kernel in its file.
-fn psf(settings: &Settings) -> haloray::Result<Psf> {
+pub fn psf(settings: &Settings) -> haloray::Result<Psf> {
     let camera = &settings.instrument;
     match &camera.psf_file {
         None => Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec),

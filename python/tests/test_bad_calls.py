@@ -63,7 +63,13 @@ def all_calls(haloes, sight, lens):
             own[5] = 1.0
         return [own]
 
-    columns = {"z": good() / 2, "theta_x_arcsec": good(), "theta_y_arcsec": good(), "m200c_msun": good(), "c200c": good()}
+    columns = {
+        "z": good() / 2,
+        "theta_x_arcsec": good(),
+        "theta_y_arcsec": good(),
+        "m200c_msun": good(),
+        "c200c": good(),
+    }
     methods = ["ray_shooting", "alpha", "jacobian", "hessian", "flexion", "arrival_time"]
     of_lens = ["ray_shooting", "alpha", "hessian", "kappa", "gamma", "magnification", "flexion", "potential"]
     return [
@@ -94,14 +100,23 @@ def all_calls(haloes, sight, lens):
         lambda r: hr.LineOfSight(columns, number(r)),
         lambda r: hr.LineOfSight(haloes, sheets=number(r), reference=number(r)),
         lambda r: hr.LineOfSight(haloes, accuracy_arcsec=number(r)),
-        lambda r: hr.populate({["haloes", "image", "no"][r.integers(3)]: {["radius_cmpc", "x"][r.integers(2)]: number(r)}}),
+        lambda r: hr.populate(
+            {["haloes", "image", "no"][r.integers(3)]: {["radius_cmpc", "x"][r.integers(2)]: number(r)}}
+        ),
         lambda r: hr.config(number(r) if r.integers(2) else bad(r)),
-        lambda r: hr.config(seed=[-1, 2**64, 1.5, "a", None, float("nan")][r.integers(6)], draw=["no", 3][r.integers(2)]),
+        lambda r: hr.config(
+            seed=[-1, 2**64, 1.5, "a", None, float("nan")][r.integers(6)], draw=["no", 3][r.integers(2)]
+        ),
         lambda r: haloes[bad(r)] if r.integers(2) else haloes["none"],
         lambda r: hr.Observation(
             bad(r), pixel_scale_arcsec=number(r), background_rms_e_s=number(r), exposure_s=number(r), mask=bad(r)
         ),
         lambda r: hr.fit(number(r), model=["no", {"lens": number(r)}, "a\nb", 3][r.integers(4)]),
+        lambda r: hr.ensemble({"haloes": {"min_point_shear": 1e-3}}, number(r), first=number(r), lenses=bad(r)),
+        lambda r: hr.ensemble("paper", 2, level=number(r), executor=bad(r)),
+        lambda r: hr.mock(number(r), preset=["paper", 3][r.integers(2)], seed=number(r), images=False, executor=bad(r)),
+        lambda r: sight.to_decoupled_multiplane((number(r), "EPL", kwargs(r)[:1] or 1), number(r), number(r)),
+        lambda r: hr.to_coolest("none/a.json", ["EPL", "NO"][: r.integers(3)], kwargs(r), z_lens=0.5, z_source=1.5),
         lambda r: hr.read(["none.h5", "none.nc", "none.fits", "none.txt", "/"][r.integers(5)]),
     ]
 
@@ -120,7 +135,9 @@ def test_a_thousand_bad_calls(haloes, sight):
     assert refused > 800, refused
 
 
-@pytest.mark.parametrize("view", ["read-only", "strided", "reversed", "big-endian", "float32", "integer", "list", "2-d"])
+@pytest.mark.parametrize(
+    "view", ["read-only", "strided", "reversed", "big-endian", "float32", "integer", "list", "2-d"]
+)
 def test_unusual_arrays_give_the_right_result(sight, view):
     x, y = np.array([1.0, -0.5, 2.0, 0.25]), np.array([0.5, 0.75, -1.0, 2.0])
     expected = sight.ray_shooting(x, y)
@@ -167,4 +184,6 @@ def test_errors_name_argument_and_domain(haloes, sight):
         hr.populate("none.toml")
     assert caught.value.errno == 2 and isinstance(caught.value, hr.Error)
     with pytest.raises(hr.InputError, match="z of halo 1 is 2, but must be"):
-        hr.Haloes.from_columns({"z": [2.0], "theta_x_arcsec": [0], "theta_y_arcsec": [0], "m200c_msun": [1], "c200c": [5]}, 1.5)
+        hr.Haloes.from_columns(
+            {"z": [2.0], "theta_x_arcsec": [0], "theta_y_arcsec": [0], "m200c_msun": [1], "c200c": [5]}, 1.5
+        )

@@ -150,6 +150,7 @@ works = {
     "rays": lambda: sight.ray_shooting(x, x),
     "haloes": lambda: hr.populate({"haloes": {"mass_min_msun": 1e6}}, draw="brute-force"),
     "delays": lambda: sight.arrival_time(x, x),
+    "sightlines": lambda: hr.ensemble("paper", 100_000),
 }
 def interrupt():
     time.sleep(1.0)
@@ -166,7 +167,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("work", ["rays", "haloes", "delays"])
+@pytest.mark.parametrize("work", ["rays", "haloes", "delays", "sightlines"])
 def test_ctrl_c_interrupts(work):
     done = subprocess.run([sys.executable, "-c", LONG, work], capture_output=True, text=True, timeout=300, check=False)
     assert done.stdout.startswith("interrupted after"), done.stderr

@@ -22,6 +22,6 @@ def test_the_examples_of_the_page():
     for package in ("xarray", "pandas", "astropy"):
         pytest.importorskip(package)
     own = {}
-    rays, lenstronomy, _ = blocks("docs/PYTHON.md")
+    rays, lenstronomy, *_ = blocks("docs/PYTHON.md")
     exec(compile(rays + lenstronomy, "PYTHON.md", "exec"), own)
     assert own["mine"] == own["haloes"] and own["images"].is_complete

@@ -91,8 +91,12 @@ def test_flexion_is_the_derivative_of_the_hessian(name):
     lens, step = hr.LensModel([name]), 1e-4
     x, y = np.array([1.1, -0.7, 0.4]), np.array([0.3, 0.9, -1.3])
     f_xxx, f_xxy, f_xyy, f_yyy = lens.flexion(x, y, kwargs)
-    along_x = [(a - b) / (2 * step) for a, b in zip(lens.hessian(x + step, y, kwargs), lens.hessian(x - step, y, kwargs))]
-    along_y = [(a - b) / (2 * step) for a, b in zip(lens.hessian(x, y + step, kwargs), lens.hessian(x, y - step, kwargs))]
+    along_x = [
+        (a - b) / (2 * step) for a, b in zip(lens.hessian(x + step, y, kwargs), lens.hessian(x - step, y, kwargs))
+    ]
+    along_y = [
+        (a - b) / (2 * step) for a, b in zip(lens.hessian(x, y + step, kwargs), lens.hessian(x, y - step, kwargs))
+    ]
     for own, difference in [(f_xxx, along_x[0]), (f_xxy, along_y[0]), (f_xyy, along_y[1]), (f_yyy, along_y[3])]:
         np.testing.assert_allclose(own, difference, rtol=1e-5, atol=1e-6)
 
@@ -180,3 +184,30 @@ def test_the_numbers_of_a_sight_are_those_of_its_models():
     assert full["gamma1_od"] == minimal["gamma1_od"]
     # Without a lens the full model is the Jacobian of the sight.
     np.testing.assert_allclose(sight.jacobian(0.0, 0.0), a_os, atol=1e-13)
+
+
+def test_what_lenstronomy_refuses_is_refused():
+    for names, options in [
+        (["LOS", "LOS_MINIMAL"], {}),
+        (["LOS", "EPL"], {"multi_plane": True, "z_source": 1.5, "lens_redshift_list": [0.5, 0.5]}),
+    ]:
+        with pytest.raises(hr.InputError, match="lens_model_list is"):
+            hr.LensModel(names, **options)
+    lens = hr.LensModel(["SIS"], z_lens=0.5, z_source=1.5)
+    with pytest.raises(hr.InputError, match="diff_method is 'bad'"):
+        lens.hessian(1.0, 0.5, [{"theta_E": 1.0}], diff_method="bad")
+    lens.change_source_redshift(1.5)
+    with pytest.raises(NotImplementedError):
+        lens.change_source_redshift(2.0)
+
+
+def test_lenstronomys_analytical_solver_takes_the_model():
+    solver = pytest.importorskip("lenstronomy.LensModel.Solver.lens_equation_solver")
+    lens, kwargs = (
+        hr.LensModel(["EPL"]),
+        [{"theta_E": 1.2, "gamma": 2.1, "e1": 0.1, "e2": 0.05, "center_x": 0.0, "center_y": 0.0}],
+    )
+    x, y = solver.LensEquationSolver(lens).image_position_from_source(0.05, 0.02, kwargs, solver="analytical")
+    images = lens.point_source_images(0.05, 0.02, kwargs)
+    assert len(x) == 4 == len(images.theta_arcsec)
+    assert sorted(x) == pytest.approx(sorted(images.theta_arcsec[:, 0]), abs=1e-9)

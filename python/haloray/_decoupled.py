@@ -1,0 +1,116 @@
+"""A line of sight for lenstronomy's decoupled multi-plane: its rays, tabulated around a fiducial main lens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._errors import InputError
+from ._lens_model import LensModel
+from ._units import Array, Points, number, whole
+
+if TYPE_CHECKING:
+    from ._sight import LineOfSight
+
+#: Of a main lens: (redshift, name of a profile, its arguments).
+Lens = tuple[float, str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class DecoupledMultiPlane:
+    """Tables for ``decouple_multi_plane=True`` of lenstronomy's ``LensModel``; made by :meth:`LineOfSight.to_decoupled_multiplane`.
+
+    With x the transverse comoving position at the lens plane and α the main lens's deflection there,
+    β = [x + T_ds (α_foreground − α T_s/T_ds + α_background)]/T_s. The two interpolated angles stand in one sum, which is that of
+    the traced rays behind the fiducial lens; lenstronomy holds it for every lens.
+
+    Attributes
+    ----------
+    kwargs : dict
+        ``kwargs_multiplane_model`` of lenstronomy's ``LensModel``.
+    error_arcsec : float
+        Largest error in β of the tables behind the fiducial lens, measured in the middle of their cells.
+    lens : tuple
+        The fiducial lens: redshift, profile, arguments.
+    """
+
+    kwargs: dict[str, Any]
+    error_arcsec: float
+    lens: Lens
+    _sight: LineOfSight
+    _comoving: tuple[float, float, float]
+
+    def ray_shooting(self, x_arcsec: Any, y_arcsec: Any, lens: Lens | None = None) -> tuple[Any, Any]:
+        """β as lenstronomy's decoupled multi-plane has it behind ``lens`` (the fiducial one unless given), arcsec."""
+        points = Points(("x_arcsec", "y_arcsec"), x_arcsec, y_arcsec)
+        _, name, arguments = self.lens if lens is None else lens
+        at = (points.x, points.y)
+        to_lens, to_source, between = self._comoving
+        x, y = self.kwargs["x0_interp"](at), self.kwargs["y0_interp"](at)
+        alpha = LensModel([name]).alpha(x / to_lens, y / to_lens, [dict(arguments)])
+        found = []
+        for axis, place, bend in (("x", x, alpha[0]), ("y", y, alpha[1])):
+            foreground = self.kwargs[f"alpha_{axis}_interp_foreground"](at)
+            background = self.kwargs[f"alpha_{axis}_interp_background"](at)
+            angle = foreground - bend * to_source / between + background
+            found.append(points.shaped((place + between * angle) / to_source))
+        return found[0], found[1]
+
+    def error(self, x_arcsec: Any, y_arcsec: Any, lens: Lens | None = None) -> Any:
+        """How far these β are from rays traced through all haloes behind ``lens``, arcsec."""
+        traced = self._sight.ray_shooting(x_arcsec, y_arcsec, lens=self.lens if lens is None else lens)
+        found = self.ray_shooting(x_arcsec, y_arcsec, lens)
+        return np.hypot(found[0] - traced[0], found[1] - traced[1])
+
+
+def decoupled(sight: LineOfSight, lens: Lens, half_width_arcsec: Any, n: Any) -> DecoupledMultiPlane:
+    """Rays of ``sight`` on a grid, as tables around ``lens``."""
+    try:
+        from scipy.interpolate import RegularGridInterpolator
+    except ImportError as error:
+        raise ImportError("to_decoupled_multiplane needs scipy, as lenstronomy does: pip install scipy") from error
+    half, n = number("half_width_arcsec", half_width_arcsec, "arcsec"), whole("n", n, 4, 4096)
+    if not 0.0 < half < float("inf"):
+        raise InputError(f"half_width_arcsec is {half}, but must be positive and finite")
+    z_lens, name, arguments = lens
+    z_lens = number("redshift of the lens", z_lens)
+    to_lens, to_source = _comoving(sight, z_lens), _comoving(sight, sight.z_source)
+    between = to_source - to_lens
+    axis = np.linspace(-half, half, n)
+    theta = np.stack(np.meshgrid(axis, axis, indexing="ij"))
+    at_lens = np.stack(sight.ray_shooting(*theta, z_to=z_lens))
+    beta = np.stack(sight.ray_shooting(*theta, lens=lens))
+    alpha = np.stack(LensModel([name]).alpha(at_lens[0], at_lens[1], [dict(arguments)]))
+    # The direction of the undeflected ray in front, all that haloes and lens do behind.
+    background = (to_source * beta - to_lens * at_lens) / between + alpha * to_source / between - theta
+
+    def table(values: Array) -> Any:
+        return RegularGridInterpolator((axis, axis), values, method="linear", bounds_error=True)
+
+    kwargs = {
+        "x0_interp": table(to_lens * at_lens[0]),
+        "y0_interp": table(to_lens * at_lens[1]),
+        "alpha_x_interp_foreground": table(theta[0]),
+        "alpha_y_interp_foreground": table(theta[1]),
+        "alpha_x_interp_background": table(background[0]),
+        "alpha_y_interp_background": table(background[1]),
+        "z_split": z_lens,
+    }
+    found = DecoupledMultiPlane(
+        kwargs, float("nan"), (z_lens, name, dict(arguments)), sight, (to_lens, to_source, between)
+    )
+    middle = 0.5 * (axis[1:] + axis[:-1])
+    worst = float(np.max(found.error(*np.meshgrid(middle, middle))))
+    return DecoupledMultiPlane(kwargs, worst, found.lens, sight, found._comoving)
+
+
+def _comoving(sight: LineOfSight, z: float) -> float:
+    """Comoving distance in Mpc, by Gauss–Legendre quadrature of c/H in the flat cosmology of the haloes."""
+    hubble, matter = sight.haloes.cosmology
+    nodes, weights = np.polynomial.legendre.leggauss(96)
+    at = 0.5 * z * (nodes + 1.0)
+    rate = np.sqrt(matter * (1.0 + at) ** 3 + 1.0 - matter)
+    return float(299_792.458 / hubble * 0.5 * z * np.sum(weights / rate))

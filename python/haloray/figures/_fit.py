@@ -1,0 +1,234 @@
+"""Figures of fits."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+
+from .._errors import InputError
+from .._fit import Fit
+from .._haloray import read_groups
+from .._read import Posterior, read
+from .._units import Array
+from . import _corner
+from ._saved import folder_file, half_of, json_of
+from ._style import BLACK, CYCLE, FLUX, GREY, RED, bar, caption, image_norm, panels, raster, single, styled, text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure, SubFigure
+
+#: A fit, the draws of one, or the folder of one.
+FitLike = Union[Fit, Posterior, str, "os.PathLike[str]"]
+
+
+@styled
+def reconstruction(fit: FitLike, figure: Figure | SubFigure | None = None) -> Any:
+    """Draw data, model and (data − model)/σ.
+
+    Parameters
+    ----------
+    fit : haloray.Fit or path
+        A fit, or the folder of one.
+    figure : matplotlib Figure or SubFigure, optional
+        Where to draw.
+    """
+    from matplotlib.colors import Normalize
+
+    if isinstance(fit, Fit):
+        data, model, residual = fit.data_e_s, fit.model_e_s, fit.normalised_residuals
+        scale, chi2 = fit.pixel_scale_arcsec, fit.statistics["chi2_reduced"]
+    elif isinstance(fit, Posterior):
+        raise InputError("a posterior.nc has no image: reconstruction takes a Fit or the folder of a fit")
+    else:
+        groups, _, attributes, _ = read_groups(folder_file(fit, "reconstruction.h5"))
+        own = groups["image"]
+        data, model, residual = own["data"], own["model"], own["residual"]
+        scale, chi2 = attributes["image"]["pixel_scale_arcsec"], json_of(fit, "summary.json")["chi2_reduced"]
+    norm, sigma = image_norm([data, model], _background(data - model, residual)), Normalize(-5.0, 5.0)
+    half = half_of(data.shape[0], scale)
+    rows: list[tuple[Array, str, Normalize, str]] = [
+        (data, "data", norm, "inferno"),
+        (model, "model", norm, "inferno"),
+        (residual, f"χ^{{2}}/dof = {chi2:.3f}", sigma, "RdBu_r"),
+    ]
+    figure, axes = panels(figure, 1, 3, 1.0, extra_mm=9.0)
+    shown = []
+    for i, (values, name, colours, cmap) in enumerate(rows):
+        shown.append(raster(axes[0, i], values, half, colours, cmap, i == 0))
+        caption(axes[0, i], name, cmap)
+    bar(figure, shown[0], list(axes[0, :2]), FLUX)
+    bar(figure, shown[2], axes[0, 2], "(data − model)/σ")
+    return figure
+
+
+@styled
+def source_plane(fit: Fit, ax: Axes | None = None) -> Axes:
+    """Draw the first source of the best fit in its plane, out to four of its radii.
+
+    Parameters
+    ----------
+    fit : haloray.Fit
+        A fit whose source is a Sérsic profile.
+    ax : matplotlib Axes, optional
+        Where to draw.
+    """
+    own = fit.source
+    if not own:
+        raise InputError("the fit has no Sérsic source that could be drawn")
+    n, radius = own["n_sersic"], own["R_sersic"]
+    x0, y0, half = own["center_x"], own["center_y"], 4.0 * radius
+    x, y = np.meshgrid(*(np.linspace(-half, half, 201),) * 2)
+    size = np.hypot(own["e1"], own["e2"])
+    q, angle = (1.0 - size) / (1.0 + size), 0.5 * np.arctan2(own["e2"], own["e1"])
+    along, across = x * np.cos(angle) + y * np.sin(angle), -x * np.sin(angle) + y * np.cos(angle)
+    r = np.sqrt(q * along**2 + across**2 / q)
+    values = own["amplitude"] * np.exp(-(1.9992 * n - 0.3271) * ((r / radius) ** (1.0 / n) - 1.0))
+    faintest = _background(fit.data_e_s - fit.model_e_s, fit.normalised_residuals) / fit.pixel_scale_arcsec**2
+    ax = single(ax, 1.0)
+    extent = (x0 - half, x0 + half, y0 - half, y0 + half)
+    shown = raster(ax, values, extent, image_norm([values], faintest), "inferno")
+    ax.set(xlabel=text("β_{x} [arcsec]"), ylabel=text("β_{y} [arcsec]"))
+    bar(ax.figure, shown, ax, "source [e^{−} s^{−1} arcsec^{−2}]")
+    return ax
+
+
+@styled
+def corner(
+    fits: FitLike | Mapping[str, FitLike],
+    names: Sequence[str] | None = None,
+    figure: Figure | SubFigure | None = None,
+    *,
+    truths: Mapping[str, float] | None = None,
+) -> Any:
+    """Draw contours (68%, 95%) of every pair of quantities, every quantity on the diagonal with its 68% interval.
+
+    Parameters
+    ----------
+    fits : haloray.Fit, haloray.Posterior, path, or a mapping of names to them
+        What to lay over one another; a path is a posterior.nc or the folder of a fit.
+    names : sequence of str, optional
+        Which quantities; eight unless given, shears first.
+    figure : matplotlib Figure or SubFigure, optional
+        Where to draw.
+    truths : mapping of str to float, optional
+        Values that are known.
+    """
+    all_fits = fits if isinstance(fits, Mapping) else {"": fits}
+    sets = [(name, _draws(fit)) for name, fit in all_fits.items()]
+    known = list(dict.fromkeys(name for _, draws in sets for name in draws))
+    chosen = _most_physical(known) if names is None else list(names)
+    unknown = [name for name in chosen if name not in known]
+    if unknown:
+        raise InputError(f"{unknown[0]} is no quantity of the fit, which has {', '.join(known)}")
+    columns = [(name, [draws.get(own) for own in chosen]) for name, draws in sets]
+    return _corner.draw([label(name) for name in chosen], columns, _corner.truths_in(chosen, truths), figure)
+
+
+@styled
+def trace(
+    fit: FitLike,
+    names: Sequence[str] | None = None,
+    figure: Figure | SubFigure | None = None,
+    *,
+    truths: Mapping[str, float] | None = None,
+) -> Any:
+    """Draw the draws of every chain in their order, and how each chain's ranks are spread (Vehtari et al. 2021).
+
+    Parameters
+    ----------
+    fit, names, figure, truths
+        See :func:`corner`; all quantities unless named.
+    """
+    draws = _draws(fit)
+    chosen = list(draws) if names is None else list(names)
+    figure, axes = panels(figure, len(chosen), 2, 0.26, sharex="col")
+    colours = (*CYCLE, RED, GREY, "#56b4e9")
+    for (left, right), name in zip(axes, chosen):
+        chains = np.atleast_2d(draws[name])
+        shares = _rank_shares(chains)
+        every = max(1, -(-len(chains) // 8))
+        thin = max(1, -(-chains.shape[1] // 600))
+        for i, chain in enumerate(range(0, len(chains), every)):
+            colour = colours[i % len(colours)]
+            left.plot(np.arange(chains.shape[1])[::thin], chains[chain, ::thin], lw=0.45, color=colour)
+            right.stairs(
+                shares[chain], np.linspace(0.0, 1.0, len(shares[chain]) + 1), color=colour, lw=0.8, baseline=None
+            )
+        if truths is not None and name in truths:
+            left.axhline(truths[name], ls="--", lw=0.8, color=BLACK)
+        right.axhline(1.0, ls="--", lw=0.6, color=GREY)
+        left.set(ylabel=text(label(name)), xlim=(0, chains.shape[1]))
+        right.set(ylabel="share", xlim=(0.0, 1.0), ylim=(0.0, max(2.0, float(shares.max()))))
+    axes[-1, 0].set_xlabel("draw")
+    axes[-1, 1].set_xlabel("rank of draw")
+    return figure
+
+
+def label(name: str) -> str:
+    """A quantity as it stands on an axis, in markup."""
+    component, _, own = name.rpartition(".")
+    symbols = {
+        "theta_E": "θ_{E}",
+        "gamma": "γ",
+        "e1": "e_{1}",
+        "e2": "e_{2}",
+        "center_x": "x",
+        "center_y": "y",
+        "R_sersic": "R",
+        "n_sersic": "n",
+        "Rs": "R_{s}",
+        "alpha_Rs": "α_{Rs}",
+        "gamma1": "γ_{1}",
+        "gamma2": "γ_{2}",
+    }
+    if not component:
+        for prefix, symbol in (("gamma", "γ"), ("kappa", "κ"), ("omega", "ω"), ("F", "F"), ("G", "G")):
+            head, _, place = own.partition("_")
+            if head.rstrip("12") == prefix and place:
+                digits = head[len(prefix) :]
+                place = place.replace("_per_arcsec", "")
+                return (
+                    symbol + (f"_{{{digits}}}" if digits else "") + f"^{{{place.upper() if place == 'los' else place}}}"
+                )
+    return (f"{component.replace('_', ' ')} " if component else "") + symbols.get(own, own.replace("_", " "))
+
+
+def _draws(fit: FitLike) -> dict[str, Array]:
+    if isinstance(fit, (Fit, Posterior)):
+        return fit.posterior
+    found = read(folder_file(fit, "posterior.nc"))
+    if not isinstance(found, Posterior):
+        raise InputError(f"{fit} is no posterior")
+    return found.posterior
+
+
+def _background(difference: Array, residual: Array) -> float:
+    """The smallest noise of a pixel."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sigma = np.abs(difference / residual)
+    sigma = sigma[np.isfinite(sigma) & (sigma > 0.0)]
+    return float(sigma.min()) if len(sigma) else 0.0
+
+
+def _most_physical(names: list[str]) -> list[str]:
+    """Of many quantities eight: shears first, then the lens, then its source."""
+    first = ["_los", "gamma", "theta_E", ".gamma", "lens", ".e", "R_sersic", "source"]
+
+    def rank(i: int) -> tuple[int, int]:
+        return next((place for place, word in enumerate(first) if word in names[i]), len(first)), i
+
+    return [names[i] for i in sorted(sorted(range(len(names)), key=rank)[:8])]
+
+
+def _rank_shares(chains: Array, bins: int = 20) -> Array:
+    """Per chain, the share of its draws in each bin of the ranks among all draws, times the number of bins."""
+    order = np.argsort(chains, axis=None, kind="stable")
+    place = np.arange(order.size) * bins // order.size
+    shares = np.zeros((len(chains), bins))
+    np.add.at(shares, (order // chains.shape[1], place), bins / chains.shape[1])
+    return shares
