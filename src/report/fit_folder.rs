@@ -126,10 +126,19 @@ fn warnings(fit: &Fit) -> Vec<String> {
         warnings.push("the chains have not converged: draws do not yet stand for the posterior".into());
     }
     if let Some(UnsampledMaximum { below, outside: (name, value) }) = &fit.unsampled {
-        warnings.push(format!(
-            "another maximum is only {below:.1} lower in ln p, at {name} = {value:.4}, where no draw comes: intervals describe one \
-             of the two; fit again with another --seed, or with a narrower prior, to see it"
-        ));
+        /// Less than this is nothing.
+        const LOWER: f64 = 0.05;
+        let at = format!("{name} = {}", number_text(*value, 4));
+        warnings.push(match *below {
+            below if below < LOWER => format!(
+                "the highest maximum lies where no draw comes, at {at}: it is narrow, or the chains have missed it; fit again with \
+                 another --seed, or with a narrower prior, to see it"
+            ),
+            below => format!(
+                "another maximum is only {below:.1} lower in ln p, at {at}, where no draw comes: intervals describe one of the \
+                 two; fit again with another --seed, or with a narrower prior, to see it"
+            ),
+        });
     }
     let at_edge: Vec<&str> = at_edge(fit).collect();
     if !at_edge.is_empty() {

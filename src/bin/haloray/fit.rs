@@ -16,7 +16,7 @@ use haloray::inference::sample::{
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
 use haloray::io::{Provenance, hash, read_observation, read_text};
 use haloray::monitor::Monitor;
-use haloray::report::{FitSummary, RunRecord, decimals_text, write_fit};
+use haloray::report::{FitSummary, RunRecord, decimals_text, number_text, write_fit};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -395,11 +395,11 @@ pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
     }
     let _ = writeln!(
         text,
-        "\n{}{}: χ²/dof {:.3} (p = {:.2}), {} evaluations, {:.1} s{}\n",
+        "\n{}{}: χ²/dof {:.3} (p = {}), {} evaluations, {:.1} s{}\n",
         if summary.converged { "converged" } else { "NOT CONVERGED" },
         if summary.good_fit { ", good fit" } else { ", NOT A GOOD FIT" },
         summary.chi2_reduced,
-        summary.p_value,
+        number_text(summary.p_value, 2),
         summary.evaluations,
         summary.seconds,
         if summary.divergences > 0 {

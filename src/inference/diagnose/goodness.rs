@@ -56,12 +56,16 @@ impl Goodness {
     pub fn doubts(&self, chi2_reduced: f64) -> Vec<String> {
         let mut doubts = Vec::new();
         if !self.good_fit {
-            let [x, y] = self.largest_residual_at_arcsec;
+            let [x, y] = self.largest_residual_at_arcsec.map(|at| format!("{at:.2}").replace('-', "−"));
+            let probability = match self.p_value {
+                p if p < P_VALUE_LIMIT => format!("below {P_VALUE_LIMIT}"),
+                p => format!("of {p:.3}"),
+            };
             doubts.push(format!(
-                "the model does not describe the image: χ²/dof {chi2_reduced:.3} has a probability of {:.1e}, and smoothed \
-                 residuals reach {:.1} σ at ({x:.2}″, {y:.2}″). Intervals say how well the parameters are known if the \
+                "the model does not describe the image: χ²/dof {chi2_reduced:.3} has a probability {probability}, and smoothed \
+                 residuals reach {:.1} σ at ({x}″, {y}″). Intervals say how well the parameters are known if the \
                  model is true; it is not, so they mean little and may miss the truth by far",
-                self.p_value, self.largest_residual_sigma
+                self.largest_residual_sigma
             ));
         }
         if 1.0 - self.p_value < SMALL_LIMIT {
