@@ -49,6 +49,8 @@ COMMANDS = {
     "mock": "mock -n 6 -o out",
     "study tidal": "study tidal small.toml -n 4 -o out",
     "study cut": "study cut small.toml --cuts 1e-4,1e-5 -o out",
+    "study haloes": "study haloes small.toml -n 2 -o out",
+    "ensemble": "ensemble small.toml -n 6 -o out",
     "study calibration": "study calibration -n 2 -o out",
     "study catalogue": "study catalogue mocks --models model.toml --max-draws 8 -o out",
 }

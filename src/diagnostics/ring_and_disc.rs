@@ -73,6 +73,9 @@ impl RingAndDisc {
     }
 
     /// Averages of a traced mapping over the ring of that radius about its axis, from 48 rays.
+    ///
+    /// These are enough for γ (0.5% of its rms) and for F and G of the disc (2 to 4%), but not for F and G of the ring itself
+    /// among cusped haloes, next to which they rise as 1/r: two rings of other places differ by as much as they are.
     pub fn of_mapping(mapping: &impl Mapping, radius_arcsec: f64) -> Self {
         const POINTS: usize = 48;
         let theta: Vec<[f64; 2]> = (0..POINTS)
