@@ -1,6 +1,7 @@
-//! The folder of an ensemble: `sightlines.h5`, `summary.json`, `config.toml` and figures.
+//! The folder of an ensemble: `sightlines.h5`, `summary.json`, `config.toml`, figures and, of a whole one, its page.
 
 use super::ensemble_figures::{distribution_figure, joint_figure, settling_figure};
+use super::page::{RunRecord, stage_page};
 use super::staged::{stage_figure, stage_json, stage_text};
 use crate::ensemble::EnsembleStatistics;
 use crate::error::Result;
@@ -26,5 +27,27 @@ pub fn write_ensemble(
     stage_figure(staging, "figures/distributions", || Ok(Some(distribution_figure(table))))?;
     stage_figure(staging, "figures/joint", || Ok(Some(joint_figure(table))))?;
     stage_figure(staging, "figures/convergence", || settling_figure(table).map(Some))?;
+    if table.numbers.iter().copied().eq(table.whole.clone()) {
+        stage_page(staging, "", &record(table))?;
+    }
     Ok(statistics)
+}
+
+/// What repeats the ensemble, whether one process computed it or shards were merged.
+fn record(table: &SightlineTable) -> RunRecord {
+    let number = table.whole.end - table.whole.start;
+    let each = number / table.lenses.len().max(1) as u64;
+    let mut words =
+        vec!["config.toml".into(), "-n".into(), each.to_string(), "--level".into(), table.level.clone()];
+    let mut option = |is_needed: bool, name: &str, value: &str| {
+        if is_needed {
+            words.extend([name, value].map(String::from));
+        }
+    };
+    option(table.whole.start > 0, "--first", &table.whole.start.to_string());
+    option(!table.model.is_empty(), "--model", &table.model);
+    option(!table.lenses.is_empty(), "--lenses", "lenses.csv");
+    option(true, "-o", "ensemble_again");
+    let about = format!("{number} sightlines of one configuration: {}.", table.level);
+    RunRecord::new("ensemble", &words, &about, &table.provenance)
 }

@@ -13,7 +13,7 @@ const LARGEST_SVG_BYTES: usize = 500_000;
 const LARGEST_SUM_BYTES: usize = 2_000_000;
 
 /// Name, title and caption of the figures of all commands, in the order of a page.
-const CAPTIONS: [(&str, &str, &str); 23] = [
+const CAPTIONS: [(&str, &str, &str); 26] = [
     (
         "images",
         "Images",
@@ -72,6 +72,21 @@ const CAPTIONS: [(&str, &str, &str); 23] = [
         "Above the tidal, below the flexion model: residuals in β and in the image of the first sightline, and those of all.",
     ),
     ("cut", "What the shear cut changes", "Changes against the loosest cut, of tensors and of the image."),
+    (
+        "distributions",
+        "Distributions over the sightlines",
+        "How many sightlines have which shear and convergence of the line of sight, which Δ and which flexions.",
+    ),
+    (
+        "joint",
+        "Joint distributions",
+        "Each quantity against each over the sightlines: contours hold 68% and 95% of them.",
+    ),
+    (
+        "convergence",
+        "How many sightlines are enough",
+        "The scatter of γ_LOS from the first N sightlines, with its standard error.",
+    ),
     (
         "which_shear",
         "Which γ_LOS is measured",

@@ -19,9 +19,10 @@ use crate::io::{Table, files_of_run, read_text};
 const NOT_SHOWN: [&str; 2] = ["catalogue.csv", "curves.csv"];
 
 /// What the files of a folder are.
-const FILES: [(&str, &str); 24] = [
+const FILES: [(&str, &str); 25] = [
     ("run.h5", "everything: haloes, maps, images, diagnostics"),
     ("maps.h5", "the maps"),
+    ("sightlines.h5", "one row a sightline; xarray.open_dataset(…, group=\"sightlines\") opens it"),
     ("summary.json", "the numbers of this page"),
     ("report.json", "what was run, for this page"),
     ("config.toml", "the resolved configuration; feed it back to repeat the run"),

@@ -8,7 +8,11 @@ use super::words::label;
 use crate::report::number_text;
 
 /// What a person wants first, where a summary has it, in this order; a dot leads into an object.
-const FIRST: [&str; 27] = [
+const FIRST: [&str; 31] = [
+    "number_of_sightlines",
+    "number_failed",
+    "rms_gamma_los",
+    "rms_gamma_los_ring",
     "good_fit",
     "converged",
     "fits",
@@ -43,6 +47,8 @@ const FITTED: [&str; 3] = ["gamma1_los", "gamma2_los", "lens.theta_E"];
 
 /// Significant digits of the first numbers.
 const FACT_DIGITS: usize = 4;
+/// Of their standard errors.
+const ERROR_DIGITS: usize = 2;
 /// Columns of a table of parameters that come first.
 const COLUMNS_FIRST: [&str; 12] = [
     "name",
@@ -76,6 +82,7 @@ impl Numbers {
         let mut tables: Vec<PageTable> =
             object.iter().filter_map(|(name, value)| of_list(name, value)).collect();
         tables.extend(beside_each_other(object));
+        tables.extend(over_sightlines(object));
         tables.push(the_rest(object));
         tables.retain(|table| !table.rows.is_empty());
         Self { facts, tables, warnings: warnings(summary) }
@@ -106,9 +113,12 @@ fn fact(summary: &Value, path: &str) -> Option<Fact> {
         }
         _ => {}
     }
-    let value = match value.as_f64() {
-        Some(number) => number_text(number, FACT_DIGITS),
-        None => words(value)?,
+    let number = |value: &Value| value.as_f64().map(|number| number_text(number, FACT_DIGITS));
+    let value = match (value, value.as_array().map(Vec::as_slice)) {
+        (_, Some([value, error])) => {
+            format!("{} ± {}", number(value)?, number_text(error.as_f64()?, ERROR_DIGITS))
+        }
+        _ => number(value).or_else(|| words(value))?,
     };
     Some(Fact { label, value })
 }
@@ -183,6 +193,32 @@ fn beside_each_other(object: &Map<String, Value>) -> Option<PageTable> {
     })
 }
 
+/// The columns of an ensemble: how each is distributed over the sightlines.
+fn over_sightlines(object: &Map<String, Value>) -> Option<PageTable> {
+    const HEADS: [&str; 9] =
+        ["quantity", "unit", "mean", "standard deviation", "16%", "50%", "84%", "least", "largest"];
+    let columns = object.get("columns")?.as_object()?;
+    let mut names: Vec<&String> = columns.keys().collect();
+    names.sort_by_key(|name| rank_of_quantity(name));
+    let row = |name: &&String| {
+        let column = &columns[*name];
+        let numbers = [&column["mean"], &column["standard_deviation"]].into_iter();
+        let numbers =
+            numbers.chain((1..4).map(|i| &column["quantiles"][i])).chain((0..2).map(|i| &column["range"][i]));
+        [name_cell(name), text_cell(column["unit"].as_str().unwrap_or(""))]
+            .into_iter()
+            .chain(numbers.map(cell))
+            .collect()
+    };
+    Some(PageTable {
+        id: "table-sightlines".into(),
+        title: "Over the sightlines".into(),
+        columns: HEADS.map(head).into(),
+        rows: names.iter().map(row).collect(),
+        ..PageTable::default()
+    })
+}
+
 /// Sheared γ and κ before flexions, those of the line of sight before its parts.
 fn rank_of_quantity(name: &str) -> (usize, usize, String) {
     const KINDS: [&str; 9] = ["gamma1", "gamma2", "kappa", "delta", "omega", "F1", "F2", "G1", "G2"];
@@ -250,6 +286,12 @@ fn warnings(summary: &Value) -> Vec<String> {
             number_text(count, DIGITS)
         ));
     }
+    if let Some(count) = count("number_failed") {
+        let count = number_text(count, DIGITS);
+        warnings.push(format!(
+            "Sightlines that could not be computed: {count}; /failures of sightlines.h5 has the reasons."
+        ));
+    }
     if let (Some(all), Some(converged)) =
         (count("fits"), at(summary, "fits_converged").and_then(Value::as_f64))
         && converged < all
@@ -288,5 +330,21 @@ mod tests {
         let names: Vec<&str> = numbers.tables[0].rows.iter().map(|row| row[0].text.as_str()).collect();
         assert_eq!(names, ["gamma1_los", "delta_tot", "F1_os_per_arcsec"]);
         assert_eq!(numbers.tables[0].rows[1][1].text, "undefined");
+    }
+
+    #[test]
+    fn an_ensemble_begins_with_its_scatter_and_tells_of_what_failed() {
+        let column = serde_json::json!({"unit": "", "count": 6, "mean": 0.5, "standard_deviation": 0.25,
+            "quantiles": [0.1, 0.2, 0.3, 0.4, 0.6], "range": [0.0, null]});
+        let numbers = Numbers::of(&serde_json::json!({"number_of_sightlines": 7, "number_failed": 1,
+            "rms_gamma_los": [0.027_61, 0.003_74], "columns": {"kappa_os": column, "gamma1_los": column}}));
+        let facts: Vec<&str> = numbers.facts.iter().map(|fact| fact.value.as_str()).collect();
+        assert_eq!(facts, ["7", "1", "0.02761 ± 0.0037"]);
+        let row: Vec<&str> = numbers.tables[0].rows[0].iter().map(|cell| cell.text.as_str()).collect();
+        assert_eq!(
+            row,
+            ["gamma1_los", "", "0.50000", "0.25000", "0.20000", "0.30000", "0.40000", "0", "undefined"]
+        );
+        assert!(numbers.warnings[0].starts_with("Sightlines that could not be computed: 1"));
     }
 }
