@@ -1,5 +1,6 @@
 """How Sphinx builds the site: `just site`. The order of the pages is in `_toc.yml`."""
 
+import os
 import pathlib
 import re
 import sys
@@ -13,7 +14,7 @@ copyright = "the haloray authors, MIT licence"
 release = re.search(r'^version = "(.*)"', (ROOT / "Cargo.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx_external_toc",
     "sphinx_copybutton",
     "sphinx-mathjax-offline",
@@ -22,6 +23,11 @@ extensions = [
 ]
 external_toc_path = "_toc.yml"
 exclude_patterns = ["requirements.txt"]
+
+# Notebooks are shown with their figures where haloray and what they import are installed beside Sphinx.
+nb_execution_mode = "cache" if os.environ.get("HALORAY_NOTEBOOKS") else "off"
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
