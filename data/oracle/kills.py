@@ -24,6 +24,14 @@ pixels = 12
 points = 9
 """
 MODEL = """name = "small"
+[line_of_sight]
+model = "minimal"
+[line_of_sight.parameters]
+gamma1_los = { uniform = [-0.2, 0.2] }
+gamma2_los = { uniform = [-0.2, 0.2] }
+omega_los = 0.0
+gamma1_od = 0.0
+gamma2_od = 0.0
 [[lens]]
 profile = "SIE"
 [lens.parameters]
@@ -52,7 +60,7 @@ COMMANDS = {
     "study haloes": "study haloes small.toml -n 2 -o out",
     "ensemble": "ensemble small.toml -n 6 -o out",
     "study calibration": "study calibration -n 2 -o out",
-    "study catalogue": "study catalogue mocks --models model.toml --max-draws 8 -o out",
+    "study catalogue": "study catalogue mine --models model.toml --sampler stretch --max-draws 40 --pixel-sampling point -o out",
 }
 # What differs between equal runs.
 TIMES = {"timings.json"}
@@ -99,8 +107,12 @@ def main():
     (common / "points.csv").write_text(
         "theta_x_arcsec,theta_y_arcsec\n" + "".join(f"{i / 100},{1 - i / 80}\n" for i in range(200))
     )
-    for command in ("populate small.toml -o haloes.csv", "image small.toml -o in", "mock -n 2 -o mocks"):
+    for command in ("populate small.toml -o haloes.csv", "image small.toml -o in"):
         assert run(common, command)[0] == 0, command
+    # A catalogue of one small image.
+    (common / "mine").mkdir()
+    shutil.copy(common / "in" / "image.fits", common / "mine")
+    (common / "mine" / "truth.csv").write_text("image,gamma1_los,gamma2_los\nimage.fits,0.01,0.02\n")
 
     tried, faults, counts = {}, [], {}
     for name, command in COMMANDS.items():
