@@ -71,7 +71,7 @@ impl Args {
             let allowed = "given where sbatch is; --no-submit writes the scripts alone";
             return Err(Error::argument("--submit", "slurm", allowed));
         }
-        let (parts, output) = (parts_beside(output)?, absolute(output)?);
+        let (given, parts, output) = (output, parts_beside(output)?, absolute(output)?);
         let mut arguments = vec!["-n".into(), (plan.number / plan.lenses.len().max(1) as u64).to_string()];
         arguments.extend([format!("--first={}", plan.first), format!("--level={}", plan.level)]);
         arguments.extend([format!("--model={}", plan.model)]);
@@ -85,7 +85,7 @@ impl Args {
         let before = std::fs::read_to_string(parts.join("config.toml"));
         if before.is_ok_and(|before| before != config_toml) {
             let allowed = format!("another folder: {} has shards of another ensemble", parts.display());
-            return Err(Error::argument("--output", output.display(), &allowed));
+            return Err(Error::argument("--output", given.display(), &allowed));
         }
         let job = SlurmJob {
             name: output.file_name().map_or("haloray".into(), |name| name.to_string_lossy().into_owned()),
@@ -165,7 +165,8 @@ pub fn in_queue(folder: &Path) -> Option<String> {
 
 /// `DIR.parts`, where the shards of DIR are computed.
 fn parts_beside(output: &Path) -> Result<PathBuf> {
-    let mut parts = absolute(output)?.into_os_string();
+    let named = if output.file_name().is_some() { output.to_path_buf() } else { absolute(output)? };
+    let mut parts = named.components().as_path().as_os_str().to_owned();
     parts.push(".parts");
     Ok(parts.into())
 }
