@@ -234,12 +234,11 @@ fn half_light_radius(observation: &Observation) -> f64 {
     inside.map_or(1.0, |(radius, _)| *radius).max(observation.grid.pixel_scale_arcsec())
 }
 
-/// What the first climb from guess number `number` holds: the line of sight and the Sérsic indices of the sources, or, of a lens
-/// that was turned, its ellipticities, to which the line of sight is to adapt.
+/// What the first climb from guess number `number` holds: the line of sight and the Sérsic indices of the sources; nothing of a
+/// lens that was turned, whose line of sight goes with it.
 pub(super) fn held_at_first(likelihood: &ImageLikelihood, known: Option<&Known>, number: u64) -> Vec<bool> {
     let is_turned = known.is_some_and(|known| known.turns(number));
     let is_held = |parameter: &FreeParameter| match (parameter.part, parameter.parameter.role) {
-        (Part::Lens, Role::Ellipticity) => is_turned,
         (Part::LineOfSight, _) | (Part::Source, Role::Shape) => !is_turned,
         _ => false,
     };

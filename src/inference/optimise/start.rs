@@ -33,9 +33,9 @@ const SAME: f64 = 1.0;
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
 /// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum so far
 /// has been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
-/// Then it is challenged: in a round of guesses with its Einstein radius a third begins anew, a third with its lights but
-/// another lens, a third with its lens turned and the foreground shear that makes up for it; what climbs back is followed no
-/// further. The maximum is taken when nothing higher is found so, in two rounds if its χ² is above what noise leaves, else
+/// Then, and in every other round from the fourth on, it is challenged: in a round of guesses with its Einstein radius a third
+/// begins anew, a third with its lights but another lens, a third with its lens turned and the foreground shear that makes up
+/// for it; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its χ² is above what noise leaves, else
 /// the search goes on.
 ///
 /// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
@@ -122,9 +122,12 @@ impl StartSearch {
     ) -> Result<()> {
         let counter = Counter::new(monitor);
         let highest = self.finals.first().map(|highest| highest.log_posterior);
-        let is_challenge = self.is_found(likelihood);
+        // What nothing has reached twice is challenged in every other round all the same.
+        let is_due = self.rounds >= ROUNDS_NEAR && !self.rounds.is_multiple_of(2);
+        let is_challenge = self.is_found(likelihood) || is_due;
         if is_challenge {
-            known = Known::from_maximum(likelihood.model(), &self.finals[0]).or(known);
+            let highest = self.finals.first();
+            known = highest.and_then(|highest| Known::from_maximum(likelihood.model(), highest)).or(known);
         }
         let finals = search_round(likelihood, known.as_ref(), (seed, self.rounds), (name, &counter, monitor));
         self.evaluations += counter.evaluations()?;
