@@ -3,9 +3,10 @@
 use nalgebra::Complex;
 use rayon::prelude::*;
 
-use super::ring_and_disc::{OnRing, RingAndDisc};
+use super::ring_and_disc::{OnRing, RingAndDisc, evenly, flexion};
 use super::variation::ShearVariation;
 use crate::halo::HaloCatalogue;
+use crate::numerics::circle_rule;
 use crate::profile::mass::{MassModel, MassProfile};
 
 /// Distortions that each halo alone causes on a ray (os), column by column, in catalogue order.
@@ -72,8 +73,8 @@ impl HaloTidal {
     /// When a halo of the catalogue has parameters that no profile allows.
     pub fn of(haloes: &HaloCatalogue, theta_e_arcsec: f64) -> crate::Result<Self> {
         let averages = |i: usize| {
-            let distance = haloes.theta_x_arcsec[i].hypot(haloes.theta_y_arcsec[i]);
-            Ok(averages(&haloes.profile(i)?, distance, theta_e_arcsec))
+            let halo = [haloes.theta_x_arcsec[i], haloes.theta_y_arcsec[i]];
+            Ok(averages(&haloes.profile(i)?, halo, theta_e_arcsec))
         };
         let averages = (0..haloes.len()).into_par_iter().map(averages).collect::<crate::Result<_>>()?;
         Ok(Self { averages, ..Self::along(haloes, theta_e_arcsec, |_| [0.0; 2])? })
@@ -90,7 +91,7 @@ impl HaloTidal {
     ) -> crate::Result<Self> {
         let row = |i: usize| {
             let (profile, ray) = (haloes.profile(i)?, ray(i));
-            Ok((single_halo(&profile, ray, theta_e_arcsec), flexion(&profile, ray)))
+            Ok((single_halo(&profile, ray, theta_e_arcsec), flexion_at(&profile, ray)))
         };
         let rows: Vec<_> = (0..haloes.len()).into_par_iter().map(row).collect::<crate::Result<_>>()?;
         let mut columns = Self::default();
@@ -117,30 +118,37 @@ pub fn single_halo(profile: &MassModel, [x, y]: [f64; 2], theta_e: f64) -> (f64,
     (0.5 * (xx + yy), ShearVariation::of_shears(shears[0], shears[1], shears[2]))
 }
 
-/// F = ∂*κ and G = ∂*γ.
-fn flexion(profile: &MassModel, [x, y]: [f64; 2]) -> [Complex<f64>; 2] {
-    let t = profile.third_derivatives(x, y);
-    [Complex::new(t[0] + t[2], t[1] + t[3]) * 0.25, Complex::new(t[0] - 3.0 * t[2], 3.0 * t[1] - t[3]) * 0.25]
+fn flexion_at(profile: &MassModel, [x, y]: [f64; 2]) -> [Complex<f64>; 2] {
+    flexion(profile.third_derivatives(x, y))
 }
 
-/// Averages about the axis, which passes a halo at `distance`.
+/// Averages about the axis, which passes a halo at the offset `halo` seen from it.
 ///
-/// With N places the error is about (R/distance)^(N−2), or the inverse inside the ring: 1e-6 and less but for haloes
-/// between R/2 and 2R, where it falls as their distance from the ring.
-fn averages(profile: &MassModel, distance: f64, radius: f64) -> RingAndDisc {
-    let points = match distance / radius {
+/// With N places the error is about (R/d)^(N−2) of a halo at distance d, or the inverse inside the ring: 1e-6 and less. Nearer
+/// to the ring than half its radius a rule is taken whose places crowd at the halo.
+fn averages(profile: &MassModel, halo: [f64; 2], radius: f64) -> RingAndDisc {
+    let distance = halo[0].hypot(halo[1]) / radius;
+    let at = |[cos, sin]: [f64; 2]| {
+        let [x, y] = [radius * cos, radius * sin];
+        let [f_per_arcsec, g_per_arcsec] = flexion_at(profile, [x, y]);
+        let [alpha_x, alpha_y] = profile.deflection(x, y);
+        let (deflection, gamma) = (Complex::new(alpha_x, alpha_y), shear(profile, x, y));
+        OnRing { deflection, gamma, f_per_arcsec, g_per_arcsec }
+    };
+    let places = match distance {
         far if far > 10.0 => 8,
         far if far > 4.0 => 12,
-        0.5..2.0 => 256,
+        0.5..2.0 => {
+            let rule = circle_rule::around(halo[1].atan2(halo[0]), (distance - 1.0).abs());
+            let rule = rule.map(|(angle, weight)| {
+                let (sin, cos) = angle.sin_cos();
+                ([cos, sin], weight)
+            });
+            return RingAndDisc::of(radius, rule, at);
+        }
         _ => 32,
     };
-    RingAndDisc::of(radius, points, |_, [cos, sin]| {
-        let at = [radius * cos, radius * sin];
-        let [f_per_arcsec, g_per_arcsec] = flexion(profile, at);
-        let [x, y] = profile.deflection(at[0], at[1]);
-        let gamma = shear(profile, at[0], at[1]);
-        OnRing { deflection: Complex::new(x, y), gamma, f_per_arcsec, g_per_arcsec }
-    })
+    RingAndDisc::of(radius, evenly(places), at)
 }
 
 fn shear(profile: &MassModel, x: f64, y: f64) -> Complex<f64> {
@@ -161,7 +169,8 @@ mod tests {
     fn flexion_regime_needs_two_not_one_half() {
         // Δ²/(θ_E²(|F|²+|G|²)/|γ|²) → 2 as θ_E → 0, to 1e-6; the printed ½ is off by a factor 4.
         let theta_e = 1e-7;
-        let ([f, g], (_, variation)) = (flexion(&halo(), [0.0; 2]), single_halo(&halo(), [0.0; 2], theta_e));
+        let ([f, g], (_, variation)) =
+            (flexion_at(&halo(), [0.0; 2]), single_halo(&halo(), [0.0; 2], theta_e));
         let flexion = (f.norm_sqr() + g.norm_sqr()) / variation.gamma.norm_sqr();
         let factor = (variation.delta / theta_e).powi(2) / flexion;
         assert!((factor - 2.0).abs() < 2e-6, "{factor}");
@@ -170,7 +179,7 @@ mod tests {
 
     #[test]
     fn flexion_equals_differences_of_shear_and_convergence() {
-        let [f, g] = flexion(&halo(), [0.0; 2]);
+        let [f, g] = flexion_at(&halo(), [0.0; 2]);
         let h = 1e-4;
         let d = |x: f64, y: f64| (shear(&halo(), x, y) - shear(&halo(), -x, -y)) / (2.0 * h);
         let (dx, dy) = (d(h, 0.0), d(0.0, h));
@@ -217,7 +226,7 @@ mod tests {
         let radius = 1.2;
         for centre in [[3.0, -1.0], [0.3, 0.2], [0.9, 0.4], [14.0, 2.0]] {
             let halo = MassModel::Nfw(Nfw::new(0.7, 0.02, centre).unwrap());
-            let got = averages(&halo, f64::hypot(centre[0], centre[1]), radius);
+            let got = averages(&halo, centre, radius);
             let zero = Complex::new(0.0, 0.0);
             let mean = |places: &[[f64; 2]], of: &dyn Fn([f64; 2]) -> Complex<f64>| {
                 places.iter().fold(zero, |sum, at| sum + of(*at)) / places.len() as f64
@@ -233,11 +242,11 @@ mod tests {
             let ring: Vec<[f64; 2]> = (0..4000).map(|k| turned(radius, k, 4000)).collect();
             let gamma = |at: [f64; 2]| shear(&halo, at[0], at[1]);
             for (places, got, tolerance) in [(&ring, got.ring, 2e-6), (&disc, got.disc, 1e-2)] {
-                let size = mean(places, &|at| Complex::from(flexion(&halo, at)[0].norm())).norm();
+                let size = mean(places, &|at| Complex::from(flexion_at(&halo, at)[0].norm())).norm();
                 let gaps = [
                     (mean(places, &gamma) - got.gamma).norm() / got.gamma.norm().max(size),
-                    (mean(places, &|at| flexion(&halo, at)[0]) - got.f_per_arcsec).norm() / size,
-                    (mean(places, &|at| flexion(&halo, at)[1]) - got.g_per_arcsec).norm() / size,
+                    (mean(places, &|at| flexion_at(&halo, at)[0]) - got.f_per_arcsec).norm() / size,
+                    (mean(places, &|at| flexion_at(&halo, at)[1]) - got.g_per_arcsec).norm() / size,
                 ];
                 assert!(gaps.iter().all(|gap| *gap < tolerance), "{centre:?} {gaps:?}");
             }
@@ -247,7 +256,7 @@ mod tests {
     #[test]
     fn far_from_a_halo_all_three_variations_are_one() {
         let halo = MassModel::Nfw(Nfw::new(0.7, 0.02, [200.0, 90.0]).unwrap());
-        let (averages, (_, point)) = (averages(&halo, 219.0, 1.0), single_halo(&halo, [0.0; 2], 1.0));
+        let (averages, (_, point)) = (averages(&halo, [200.0, 90.0], 1.0), single_halo(&halo, [0.0; 2], 1.0));
         for delta in [averages.ring.delta, averages.disc.delta] {
             assert!((delta / point.delta - 1.0).abs() < 0.01, "{delta} {}", point.delta);
         }

@@ -1,6 +1,7 @@
 //! Quadrature, splines, roots, contours, SIMD lanes and elementary functions, random streams.
 
 mod c_math;
+pub(crate) mod circle_rule;
 pub mod complex;
 pub(crate) mod contour;
 #[cfg(test)]

@@ -82,7 +82,7 @@ impl SightScalars {
             effective: EffectiveLineOfSight::of_rays(&near, sight.slope_per_reduced_deflection(z_lens)?)?,
             ring: ring_of(config, outside, lens_centre_arcsec)?,
             variation: ShearVariation::of_jacobians([&whole.os.jacobian, &right.jacobian, &above.jacobian]),
-            averages: RingAndDisc::of_mapping(&sight.observer_to_source(), theta_e),
+            averages: RingAndDisc::of_sight(sight, theta_e),
             axis_ray_arcsec: axis_ray(config, sight),
             lens_centre_arcsec,
             source_centre_arcsec: whole.os.beta_arcsec,
@@ -92,17 +92,8 @@ impl SightScalars {
 
 /// The tensors along the beam of the Einstein ring of a lens at that centre.
 fn ring_of(config: &Config, outside: &LineOfSight, centre: [f64; 2]) -> Result<Option<BeamAverage>> {
-    let ring = ring(config.lens.einstein_radius_arcsec);
-    let beams =
-        outside.beams(config.line_of_sight.z_lens, &ring, |at| [at[0] - centre[0], at[1] - centre[1]])?;
-    Ok(BeamAverage::of(&beams))
-}
-
-fn ring(radius_arcsec: f64) -> Vec<[f64; 2]> {
-    /// What the ray loop carries at once.
-    const POINTS: u32 = 48;
-    let at = |i: u32| (std::f64::consts::TAU * f64::from(i) / f64::from(POINTS)).sin_cos();
-    (0..POINTS).map(at).map(|(sin, cos)| [radius_arcsec * cos, radius_arcsec * sin]).collect()
+    let (z_lens, radius) = (config.line_of_sight.z_lens, config.lens.einstein_radius_arcsec);
+    Ok(BeamAverage::of(&[outside.ring_beam(z_lens, radius, centre)?]))
 }
 
 /// Where the axis ray, bent by the haloes, meets lens plane and source.

@@ -23,6 +23,7 @@ mod point_images;
 mod population;
 mod priors;
 mod profiles;
+mod rings;
 mod sampler_errors;
 mod samplers;
 mod scores;

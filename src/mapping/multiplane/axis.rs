@@ -67,6 +67,11 @@ impl Axis {
         Self(states.collect())
     }
 
+    /// The direction x/χ in which the ray meets plane `i`, arcsec.
+    pub fn at_plane(&self, i: usize) -> [f64; 2] {
+        self.0[i].direction_arcsec()
+    }
+
     /// The ray on its way at comoving distance `chi_cmpc`, before planes at that distance.
     pub fn at(&self, chi_cmpc: f64) -> State {
         let before = self.0.partition_point(|state| state.chi_cmpc < chi_cmpc);

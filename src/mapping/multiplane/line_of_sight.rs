@@ -24,7 +24,7 @@ pub struct LineOfSight {
     pub(super) planes: Arc<Vec<Plane>>,
     reference: Reference,
     /// The axis ray through these planes; for a straight reference the path by which haloes were moved.
-    axis: Arc<Axis>,
+    pub(super) axis: Arc<Axis>,
 }
 
 /// Where rays meet a plane, and with which slopes they come, before anything in it deflects them.

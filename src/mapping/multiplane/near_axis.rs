@@ -54,7 +54,7 @@ impl LineOfSight {
         let (nearer, farther) =
             self.planes.split_at(self.planes.partition_point(|plane| plane.chi_cmpc < chi_lens));
         let mut rays = FewRays::start(0.0, [0.0; 2], [0.0; 2], &[[0.0; 2], beside[0], beside[1], [0.0; 2]]);
-        rays.through(nearer);
+        rays.through::<2>(nearer);
         let mut stopped = rays.clone();
         stopped.advance::<2>(chi_lens);
         let at_lens = self.origin(chi_lens);
@@ -69,7 +69,7 @@ impl LineOfSight {
         rays.advance::<2>(next);
         stopped.advance::<2>(next);
         (STOPPED..FEW).for_each(|i| rays.take(i, &stopped));
-        rays.through(farther);
+        rays.through::<2>(farther);
         rays.advance::<2>(chi_source);
         let origin = self.origin(chi_source).x;
         let length = chi_source - chi_lens;

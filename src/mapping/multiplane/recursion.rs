@@ -83,6 +83,19 @@ impl<const N: usize> RaysTogether<N> {
         rays
     }
 
+    /// A lens here changes the slope of every ray by −f·α(x), its distortion left out.
+    pub fn turn(&mut self, f: f64, deflection: impl Fn([f64; 2]) -> [f64; 2]) {
+        for i in 0..N {
+            let alpha = deflection(self.position(i));
+            (0..2).for_each(|c| self.s[c][i] -= f * alpha[c]);
+        }
+    }
+
+    /// The first `used` rays with derivatives by their slopes here.
+    pub fn from_here(&self, used: usize) -> Self {
+        Self::from_points(self.chi_cmpc, used, |i| self.position(i), |i| self.slope(i))
+    }
+
     /// From here on derivatives of ray `i` are with respect to what changes from here on.
     pub fn forget_derivatives(&mut self, i: usize) {
         let Derivatives { dx, ds, d2x, d2s } = &mut self.by_theta;
@@ -172,9 +185,12 @@ impl RayBlock {
 }
 
 impl FewRays {
-    /// On through halo planes, with second derivatives.
-    pub fn through(&mut self, planes: &[Plane]) {
-        trace_few(self, planes);
+    /// On through halo planes, with first derivatives or with second ones.
+    pub fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
+        match ORDER {
+            1 => trace_few_jacobians(self, planes),
+            _ => trace_few_second_derivatives(self, planes),
+        }
     }
 }
 
@@ -264,7 +280,13 @@ ray_kernel! {
 }
 
 ray_kernel! {
-    fn trace_few(rays: &mut FewRays, planes: &[Plane]) {
+    fn trace_few_jacobians(rays: &mut FewRays, planes: &[Plane]) {
+        trace::<1, FEW>(rays, planes);
+    }
+}
+
+ray_kernel! {
+    fn trace_few_second_derivatives(rays: &mut FewRays, planes: &[Plane]) {
         trace::<2, FEW>(rays, planes);
     }
 }
