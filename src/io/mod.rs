@@ -3,6 +3,7 @@
 mod containers;
 mod documents;
 
+pub(crate) use containers::shell_word;
 pub use containers::{
     AttributeValue, Column, Provenance, RecordLog, Replace, RunFile, RunFileReader, Saved, Staging, Table,
     Values, check_writable, files_of_run, folders_written_to, hash, read_checkpoint, read_text,

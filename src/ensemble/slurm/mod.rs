@@ -3,6 +3,7 @@
 use minijinja::{Environment, context};
 
 use crate::error::{Error, Result};
+use crate::io::shell_word;
 
 /// The scripts by name; `submit.sh` submits the other two.
 const SCRIPTS: [(&str, &str); 3] = [
@@ -43,7 +44,8 @@ impl SlurmJob {
         if let Some(word) = words.into_iter().find(|word| word.contains(['\n', '\r'])) {
             return Err(Error::out_of_range("option of a job", format!("{word:?}"), "of one line"));
         }
-        let in_shell = |words: &[String]| words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ");
+        let in_shell =
+            |words: &[String]| words.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" ");
         let context = context! {
             name => &self.name,
             shards => self.shards,
@@ -51,7 +53,7 @@ impl SlurmJob {
             options => &self.options,
             command => in_shell(&self.command),
             arguments => in_shell(&self.arguments),
-            output => quoted(&self.output),
+            output => shell_word(&self.output),
             restarts => RESTARTS,
         };
         let faulty = |error: minijinja::Error| Error::out_of_range("script", error, "made by its template");
@@ -60,15 +62,6 @@ impl SlurmJob {
             Ok((name, text + "\n"))
         };
         SCRIPTS.into_iter().map(script).collect()
-    }
-}
-
-/// A word as a shell reads it.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-=+:,@%".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', r"'\''")),
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, FileFault, Result};
-use crate::io::{Provenance, read_text};
+use crate::io::{Provenance, read_text, shell_word};
 
 /// Name of the page in the folder of a run.
 pub const PAGE_FILE: &str = "report.html";
@@ -37,8 +37,9 @@ pub struct RunRecord {
 impl RunRecord {
     /// A run of `haloray COMMAND ARGUMENTS`.
     pub fn new(command: &str, arguments: &[String], about: &str, provenance: &Provenance) -> Self {
-        let words = ["haloray", command].into_iter().chain(arguments.iter().map(String::as_str));
-        let line = words.map(quoted).collect::<Vec<_>>().join(" ");
+        let words =
+            ["haloray"].into_iter().chain(command.split(' ')).chain(arguments.iter().map(String::as_str));
+        let line = words.map(shell_word).collect::<Vec<_>>().join(" ");
         Self {
             command: command.into(),
             about: about.into(),
@@ -57,15 +58,5 @@ impl RunRecord {
         let refuse = |problem: String| Err(Error::file(FileFault::Content, &path, problem));
         let text = read_text(&path)?;
         serde_json::from_str(&text).or_else(|e| refuse(format!("is no record of a run of this version: {e}")))
-    }
-}
-
-/// A word as a shell reads it; words of a subcommand stay two.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./,=:+ ".contains(c);
-    if word.chars().all(is_plain) && !word.is_empty() {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
     }
 }

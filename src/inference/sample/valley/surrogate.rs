@@ -128,7 +128,7 @@ impl Surrogate {
             &known.stiff + &known.bend * (&s - &known.s)
         };
         let together = near.iter().map(|near| of(near) * near.weight).sum();
-        [together, near.first().map(of).expect("a floor is known")]
+        [together, of(&near[0])]
     }
 
     /// The direction from a floor at a distance to y.
@@ -152,8 +152,9 @@ impl Surrogate {
         };
         let beyond = if nearest.len() > MOST { 1.0 } else { BEYOND };
         let apart = |squared: f64| squared.sqrt().max(TINY);
-        let farthest =
-            nearest.last().map(|(floor, squared)| (*floor, apart(*squared))).expect("a floor is known");
+        // A surrogate is made with a floor and forgets none.
+        let (floor, squared) = nearest[nearest.len() - 1];
+        let farthest = (floor, apart(squared));
         nearest.truncate(MOST);
         let reach = beyond * farthest.1;
         let mut near: Vec<Near> = nearest
