@@ -123,9 +123,9 @@ impl Meeting {
             &[[at.re], [at.im]],
             1.0,
             (
-                |_, h: [f64; 3], t: [f64; 4]| {
-                    hessian = h.map(|h| h * reduced);
-                    third_per_arcsec = t.map(|t| t * reduced);
+                |h: &[[f64; 1]; 3], t: &[[f64; 1]; 4]| {
+                    hessian = h.map(|[h]| h * reduced);
+                    third_per_arcsec = t.map(|[t]| t * reduced);
                 },
                 |_, kick: Kick| deflection_arcsec = kick.f_alpha_arcsec.map(|a| a * reduced),
             ),

@@ -36,7 +36,7 @@ impl Ray {
             plane.kick::<0, 1>(
                 &theta.map(|t| [t]),
                 1.0,
-                (|_, _, _| (), |_, k: Kick| kick = k.f_alpha_arcsec),
+                (|_: &_, _: &_| (), |_, k: Kick| kick = k.f_alpha_arcsec),
             );
             self.kick(kick, plane.potential(theta));
         }

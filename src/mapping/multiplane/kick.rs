@@ -17,17 +17,21 @@ pub(super) struct Kick {
 }
 
 /// What is kicked. A trait, since closures are not always compiled into their caller and for its instruction set.
-pub(super) trait Kicked {
-    /// Ray `i` meets a plane with f·H (xx, xy, yy) and, in second order, f·T (xxx, xxy, xyy, yyy).
-    fn distort(&mut self, i: usize, h: [f64; 3], t: [f64; 4]);
+pub(super) trait Kicked<const N: usize> {
+    /// Rays meet a plane with f·H (xx, xy, yy) and, in second order, f·T (xxx, xxy, xyy, yyy).
+    fn distort(&mut self, h: &[[f64; N]; 3], t: &[[f64; N]; 4]);
     /// Ray `i` is kicked, after [`Self::distort`].
     fn turn(&mut self, i: usize, kick: Kick);
 }
 
-impl<D: FnMut(usize, [f64; 3], [f64; 4]), T: FnMut(usize, Kick)> Kicked for (D, T) {
+impl<const N: usize, D, T> Kicked<N> for (D, T)
+where
+    D: FnMut(&[[f64; N]; 3], &[[f64; N]; 4]),
+    T: FnMut(usize, Kick),
+{
     #[inline(always)]
-    fn distort(&mut self, i: usize, h: [f64; 3], t: [f64; 4]) {
-        self.0(i, h, t);
+    fn distort(&mut self, h: &[[f64; N]; 3], t: &[[f64; N]; 4]) {
+        self.0(h, t);
     }
 
     #[inline(always)]
@@ -47,7 +51,7 @@ impl Plane {
         &self,
         x: &[[f64; N]; 2],
         per_x: f64,
-        mut rays: impl Kicked,
+        mut rays: impl Kicked<N>,
     ) {
         let (mut tx, mut ty, mut u) = ([0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
@@ -58,14 +62,19 @@ impl Plane {
         let (mut m, mut p1, mut p2) = ([0.0; N], [0.0; N], [0.0; N]);
         radial_functions::<ORDER, N>(self.tau, &u, &mut m, &mut p1, &mut p2);
         if ORDER >= 1 {
+            // Columns first: loops as short as these are vectorised, one over all that happens to a ray is not.
+            let (mut h, mut t) = ([[0.0; N]; 3], [[0.0; N]; 4]);
             for i in 0..N {
                 let inv_r = (self.inv_r_s2 / u[i]).sqrt();
                 let n = [tx[i] * inv_r, ty[i] * inv_r];
                 let radial = RadialDerivatives { k: self.fk, m: m[i], p1: p1[i], p2: p2[i] };
                 let [xx, xy, yy] = radial.hessian(n);
-                let third = if ORDER >= 2 { radial.third_derivatives(n, inv_r) } else { [0.0; 4] };
-                rays.distort(i, [xx - self.f_sheet, xy, yy - self.f_sheet], third);
+                [h[0][i], h[1][i], h[2][i]] = [xx - self.f_sheet, xy, yy - self.f_sheet];
+                if ORDER >= 2 {
+                    [t[0][i], t[1][i], t[2][i], t[3][i]] = radial.third_derivatives(n, inv_r);
+                }
             }
+            rays.distort(&h, &t);
         }
         let sheet = self.f_sheet * per_x;
         for i in 0..N {
@@ -78,7 +87,7 @@ impl Plane {
     /// f·H (xx, xy, yy) in one direction.
     pub fn hessian(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let mut hessian = [0.0; 3];
-        self.kick::<1, 1>(&[[x], [y]], 1.0, (|_, h, _| hessian = h, |_, _| ()));
+        self.kick::<1, 1>(&[[x], [y]], 1.0, (|h: &[[f64; 1]; 3], _: &_| hessian = h.map(|[h]| h), |_, _| ()));
         hessian
     }
 

@@ -160,13 +160,19 @@ impl<const N: usize> RaysTogether<N> {
     pub fn through_lens<const ORDER: usize>(&mut self, lens: &LensPlane, used: usize) {
         self.advance::<ORDER>(lens.chi_cmpc);
         let inv_chi = 1.0 / self.chi_cmpc;
-        for i in 0..used {
-            let theta = [self.x[0][i] * inv_chi, self.x[1][i] * inv_chi];
-            if ORDER >= 1 {
-                let third = if ORDER >= 2 { lens.third_derivatives(theta) } else { [0.0; 4] };
-                self.by_theta.kick::<ORDER>(i, lens.hessian(theta), third, inv_chi);
+        let theta = |i: usize| [self.x[0][i] * inv_chi, self.x[1][i] * inv_chi];
+        if ORDER >= 1 {
+            let (mut h, mut t) = ([[0.0; N]; 3], [[0.0; N]; 4]);
+            for i in 0..used {
+                [h[0][i], h[1][i], h[2][i]] = lens.hessian(theta(i));
+                if ORDER >= 2 {
+                    [t[0][i], t[1][i], t[2][i], t[3][i]] = lens.third_derivatives(theta(i));
+                }
             }
-            let kick = lens.kick(theta);
+            self.by_theta.kick::<ORDER>(&h, &t, inv_chi);
+        }
+        for i in 0..used {
+            let kick = lens.kick([self.x[0][i] * inv_chi, self.x[1][i] * inv_chi]);
             self.s[0][i] -= kick[0];
             self.s[1][i] -= kick[1];
         }
@@ -195,27 +201,33 @@ impl FewRays {
 }
 
 impl<const N: usize> Derivatives<N> {
-    /// S and S₂ of ray `i` after a plane with f·H = (xx, xy, yy) and f·T = (xxx, xxy, xyy, yyy).
-    #[allow(clippy::needless_range_loop, reason = "tensor indices")]
+    /// S and S₂ of all rays after a plane with f·H = (xx, xy, yy) and f·T = (xxx, xxy, xyy, yyy).
+    #[allow(clippy::needless_range_loop, reason = "lanes of many columns")]
     #[inline(always)]
-    fn kick<const ORDER: usize>(&mut self, i: usize, h: [f64; 3], t: [f64; 4], inv_chi: f64) {
-        let h = [[h[0], h[1]], [h[1], h[2]]];
-        let x = [[self.dx[0][i], self.dx[1][i]], [self.dx[2][i], self.dx[3][i]]];
+    fn kick<const ORDER: usize>(&mut self, h: &[[f64; N]; 3], t: &[[f64; N]; 4], inv_chi: f64) {
+        let Self { dx, ds, d2x, d2s } = self;
         for a in 0..2 {
             for j in 0..2 {
-                self.ds[2 * a + j][i] -= inv_chi * (h[a][0] * x[0][j] + h[a][1] * x[1][j]);
+                let (x, y, ds) = (&dx[j], &dx[2 + j], &mut ds[2 * a + j]);
+                for i in 0..N {
+                    ds[i] -= inv_chi * (h[a][i] * x[i] + h[a + 1][i] * y[i]);
+                }
             }
         }
         if ORDER >= 2 {
             for a in 0..2 {
                 // T restricted to component a: symmetric 2×2 in the last two indices.
-                let (t0, t1, t2) = (t[a], t[a + 1], t[a + 2]);
+                let (t0, t1, t2) = (&t[a], &t[a + 1], &t[a + 2]);
                 for (p, (j, k)) in PAIRS.into_iter().enumerate() {
-                    let quadratic = t0 * x[0][j] * x[0][k]
-                        + t1 * (x[0][j] * x[1][k] + x[1][j] * x[0][k])
-                        + t2 * x[1][j] * x[1][k];
-                    let linear = h[a][0] * self.d2x[p][i] + h[a][1] * self.d2x[3 + p][i];
-                    self.d2s[3 * a + p][i] -= inv_chi * (linear + inv_chi * quadratic);
+                    let ([xj, yj], [xk, yk]) = ([&dx[j], &dx[2 + j]], [&dx[k], &dx[2 + k]]);
+                    let (x2, y2, d2s) = (&d2x[p], &d2x[3 + p], &mut d2s[3 * a + p]);
+                    for i in 0..N {
+                        let quadratic = t0[i] * xj[i] * xk[i]
+                            + t1[i] * (xj[i] * yk[i] + yj[i] * xk[i])
+                            + t2[i] * yj[i] * yk[i];
+                        let linear = h[a][i] * x2[i] + h[a + 1][i] * y2[i];
+                        d2s[i] -= inv_chi * (linear + inv_chi * quadratic);
+                    }
                 }
             }
         }
@@ -248,10 +260,10 @@ struct Slopes<'a, const ORDER: usize, const N: usize> {
     inv_chi: f64,
 }
 
-impl<const ORDER: usize, const N: usize> Kicked for Slopes<'_, ORDER, N> {
+impl<const ORDER: usize, const N: usize> Kicked<N> for Slopes<'_, ORDER, N> {
     #[inline(always)]
-    fn distort(&mut self, i: usize, h: [f64; 3], t: [f64; 4]) {
-        self.by_theta.kick::<ORDER>(i, h, t, self.inv_chi);
+    fn distort(&mut self, h: &[[f64; N]; 3], t: &[[f64; N]; 4]) {
+        self.by_theta.kick::<ORDER>(h, t, self.inv_chi);
     }
 
     #[inline(always)]

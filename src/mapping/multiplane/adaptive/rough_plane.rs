@@ -44,10 +44,10 @@ impl RoughPlane {
                 theta,
                 1.0,
                 (
-                    |i: usize, h: [f64; 3], t: [f64; 4]| {
-                        (0..3).for_each(|c| hessian[c][i] = h[c]);
+                    |h: &[Lanes; 3], t: &[Lanes; 4]| {
+                        *hessian = *h;
                         if ORDER >= 2 {
-                            (0..4).for_each(|c| third[c][i] = t[c]);
+                            *third = *t;
                         }
                     },
                     |i: usize, own: Kick| (0..2).for_each(|c| kick[c][i] = own.f_alpha_arcsec[c]),
