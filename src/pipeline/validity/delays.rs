@@ -1,55 +1,87 @@
 //! Delays between the images of a point source at the centre of the source, and the H0 that a model makes of them.
 
+use nalgebra::{Matrix2, Vector2};
+
 use crate::diagnostics::{PointImages, SkyWindow};
 use crate::error::Result;
-use crate::mapping::Mapping;
+use crate::mapping::tidal::TidalLens;
+use crate::mapping::{Mapping, Order};
 
-/// Delays of the images after the first one, days, in order of arrival.
+/// Images of a point source and when they arrive.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Delays(Vec<f64>);
+pub(super) struct Delays {
+    theta_arcsec: Vec<[f64; 2]>,
+    /// Up to a number that all of them share.
+    days: Vec<f64>,
+}
 
 impl Delays {
-    /// Of a point source behind `mapping`, whose lens is seen at `lens_centre_arcsec`.
+    /// All images behind `mapping`, whose lens is seen on the axis, but for a faint central one.
     ///
     /// # Errors
     /// A half width of the window that is not positive and finite.
-    pub fn of(
-        mapping: &dyn Mapping,
-        half_width_arcsec: f64,
-        lens_centre_arcsec: [f64; 2],
-        source_arcsec: [f64; 2],
-    ) -> Result<Self> {
+    pub fn of(mapping: &TidalLens, half_width_arcsec: f64, source_arcsec: [f64; 2]) -> Result<Self> {
         /// A central image fainter than this is never seen.
         const FAINTEST: f64 = 0.01;
-        let window = SkyWindow::about_axis(half_width_arcsec, vec![lens_centre_arcsec])?;
+        let window = SkyWindow::about_axis(half_width_arcsec, vec![[0.0; 2]])?;
         let images = PointImages::of(mapping, &window, source_arcsec).images;
-        let seen: Vec<f64> = images
-            .iter()
-            .filter(|image| image.magnification().abs() > FAINTEST)
-            .map(|image| image.delay_days)
-            .collect();
-        let first = seen.iter().copied().fold(f64::INFINITY, f64::min);
-        Ok(Self(seen.into_iter().map(|delay| delay - first).collect()))
+        let seen = images.iter().filter(|image| image.magnification().abs() > FAINTEST);
+        let (theta_arcsec, days) = seen.map(|image| (image.theta_arcsec, image.delay_days)).unzip();
+        Ok(Self { theta_arcsec, days })
+    }
+
+    /// The same images behind another mapping of a source there, each followed by Newton's method; none where one is lost. Images
+    /// that the other mapping has beside them are not looked for.
+    pub fn followed(&self, mapping: &dyn Mapping, source_arcsec: [f64; 2]) -> Option<Self> {
+        const STEPS: usize = 30;
+        const LONGEST_ARCSEC: f64 = 0.1;
+        const CONVERGED_ARCSEC: f64 = 1e-9;
+        /// Images closer than this have become one.
+        const APART_ARCSEC: f64 = 1e-3;
+        let mut theta = self.theta_arcsec.clone();
+        for _ in 0..STEPS {
+            let rays = mapping.map(&theta, Order::Jacobian);
+            let mut longest = 0.0_f64;
+            for ((theta, beta), [xx, xy, yx, yy]) in theta.iter_mut().zip(rays.beta_arcsec).zip(rays.jacobian)
+            {
+                let miss = Vector2::new(beta[0] - source_arcsec[0], beta[1] - source_arcsec[1]);
+                let step = Matrix2::new(xx, xy, yx, yy).try_inverse()? * miss;
+                let scale = (LONGEST_ARCSEC / step.norm()).min(1.0);
+                longest = longest.max(step.norm());
+                *theta = [theta[0] - scale * step.x, theta[1] - scale * step.y];
+            }
+            if longest < CONVERGED_ARCSEC {
+                let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) > APART_ARCSEC;
+                let all = (0..theta.len()).all(|i| (0..i).all(|j| apart(theta[i], theta[j])));
+                let days = mapping.delay_days(&theta);
+                return all.then_some(Self { theta_arcsec: theta, days });
+            }
+        }
+        None
     }
 
     /// H0 that `model` makes of these delays, over the true one.
     ///
     /// Delays of a model are proportional to its time-delay distance and this to 1/H0: the factor s that brings s·model nearest to
-    /// the truth, Σ t·m/Σ m², is that of the distance. Not a number where the model has another number of images.
+    /// the truth, Σ t·m/Σ m² about the means of both, is that of the distance. Not a number of less than two images.
     pub fn h0_ratio(&self, model: &Self) -> f64 {
-        if self.0.len() != model.0.len() || self.0.len() < 2 {
+        if self.days.len() != model.days.len() || self.days.len() < 2 {
             return f64::NAN;
         }
-        let product: f64 = self.0.iter().zip(&model.0).map(|(t, m)| t * m).sum();
-        let square: f64 = model.0.iter().map(|m| m * m).sum();
-        square / product
+        let about_mean = |days: &[f64]| -> Vec<f64> {
+            let mean = days.iter().sum::<f64>() / days.len() as f64;
+            days.iter().map(|day| day - mean).collect()
+        };
+        let (truth, model) = (about_mean(&self.days), about_mean(&model.days));
+        let product: f64 = truth.iter().zip(&model).map(|(t, m)| t * m).sum();
+        model.iter().map(|m| m * m).sum::<f64>() / product
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+    use crate::mapping::tidal::{LineOfSightModel, Tidal};
     use crate::profile::mass::{Epl, MassModel};
 
     #[test]
@@ -59,15 +91,22 @@ mod tests {
             lenses: vec![MassModel::Epl(Epl::new(radius, 2.0, [0.1, 0.0], [0.0; 2]).unwrap())],
             time_delay_distance_mpc: Some(3000.0),
         };
-        let delays = |lens: &TidalLens, source| Delays::of(lens, 3.0, [0.0; 2], source).unwrap();
         // (1 − κ)θ − α = β: images of β/(1 − κ) behind the lens of α/(1 − κ), delays smaller by 1 − κ.
         let kappa = 0.1;
-        let truth = delays(&lens(1.0, kappa), [0.09, 0.045]);
-        let model = delays(&lens(1.0 / (1.0 - kappa), 0.0), [0.1, 0.05]);
-        assert_eq!(truth.0.len(), 4);
+        let truth = Delays::of(&lens(1.0, kappa), 3.0, [0.009, 0.0045]).unwrap();
+        assert_eq!(truth.days.len(), 4);
+        let model = truth.followed(&lens(1.0 / (1.0 - kappa), 0.0), [0.01, 0.005]).unwrap();
         assert!((truth.h0_ratio(&model) - 1.0 / (1.0 - kappa)).abs() < 1e-9, "{}", truth.h0_ratio(&model));
         assert!((truth.h0_ratio(&truth) - 1.0).abs() < 1e-15);
-        let two = delays(&lens(1.0, kappa), [0.6, 0.0]);
-        assert!(two.0.len() == 2 && truth.h0_ratio(&two).is_nan());
+        // A nearby lens: images move, the same four are found as by a search.
+        let near = lens(1.05, 0.02);
+        let followed = truth.followed(&near, [0.012, 0.003]).unwrap();
+        let searched = Delays::of(&near, 3.0, [0.012, 0.003]).unwrap();
+        for theta in &followed.theta_arcsec {
+            let gap = |other: &[f64; 2]| (theta[0] - other[0]).hypot(theta[1] - other[1]);
+            assert!(searched.theta_arcsec.iter().map(gap).fold(1.0, f64::min) < 1e-9, "{theta:?}");
+        }
+        // Of a source far off there are two images, and four cannot be followed to them.
+        assert_eq!(truth.followed(&near, [0.7, 0.0]), None);
     }
 }

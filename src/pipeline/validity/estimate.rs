@@ -32,7 +32,7 @@ const SHEAR: [&str; 2] = ["gamma1_los", "gamma2_los"];
 pub(super) fn fit(
     seen: &FittedView,
     wanted: Wanted,
-    delays: &Delays,
+    delays: Option<&Delays>,
     monitor: &dyn Monitor,
 ) -> Result<ValidityFit> {
     match try_fit(seen, wanted, delays, monitor) {
@@ -42,7 +42,12 @@ pub(super) fn fit(
     }
 }
 
-fn try_fit(seen: &FittedView, wanted: Wanted, delays: &Delays, monitor: &dyn Monitor) -> Result<ValidityFit> {
+fn try_fit(
+    seen: &FittedView,
+    wanted: Wanted,
+    delays: Option<&Delays>,
+    monitor: &dyn Monitor,
+) -> Result<ValidityFit> {
     let Wanted { model: (place, name), start, estimate } = wanted;
     let without = || Error::out_of_range("model", name, "one whose gamma1_los and gamma2_los are free");
     let ReadyModel { description, model, settings } = seen.ready(name, || Err(without()))?;
@@ -65,8 +70,8 @@ fn try_fit(seen: &FittedView, wanted: Wanted, delays: &Delays, monitor: &dyn Mon
     };
     let (shear, covariance) = found.ok_or_else(without)?;
     let numbers = numbers(&likelihood, &maximum)?;
-    let h0_ratio = delays_of_fit(seen.config, &description, &likelihood, &maximum)?
-        .map_or(f64::NAN, |own| delays.h0_ratio(&own));
+    let own = delays_of_fit(seen.config, &description, &likelihood, &maximum, delays)?;
+    let h0_ratio = delays.zip(own.as_ref()).map_or(f64::NAN, |(truth, own)| truth.h0_ratio(own));
     let Numbers { chi2, degrees_of_freedom, p_value } = numbers;
     Ok(ValidityFit {
         model: place,
@@ -100,26 +105,24 @@ fn numbers(likelihood: &ImageLikelihood, maximum: &Maximum) -> Result<Numbers> {
     Ok(Numbers { chi2, degrees_of_freedom, p_value: Goodness::of(likelihood, &image).p_value })
 }
 
-/// Delays behind lens and line of sight of the best fit; none of a model without them.
+/// Delays of the same images behind lens and line of sight of the best fit; none of a model without them.
 fn delays_of_fit(
     config: &Config,
     description: &ModelDescription,
     likelihood: &ImageLikelihood,
     maximum: &Maximum,
+    truth: Option<&Delays>,
 ) -> Result<Option<Delays>> {
     let model: &CompiledModel = likelihood.model();
     let best_fit = model.at_latent(&maximum.latent).0;
     let value = |name: &str| model.value_of(name, &best_fit);
     let kind = description.line_of_sight.model;
-    // Names of the line of sight stand alone, those of lens and source behind a point.
     let numbers: Option<Vec<f64>> = kind.parameters().iter().map(|parameter| value(parameter.name)).collect();
     let source = value("source.center_x").zip(value("source.center_y"));
-    let lens = value("lens.center_x").zip(value("lens.center_y"));
-    let (Some(numbers), Some(source), Some(lens)) = (numbers, source, lens) else { return Ok(None) };
+    let (Some(numbers), Some(source), Some(truth)) = (numbers, source, truth) else { return Ok(None) };
     let mapping = TidalLens {
         time_delay_distance_mpc: Some(time_delay_distance_mpc(config)),
         ..TidalLens::new(kind.build(&numbers), model.lenses(&best_fit)?)
     };
-    let half = likelihood.observation().grid.half_width_arcsec();
-    Delays::of(&mapping, half, lens.into(), source.into()).map(Some)
+    Ok(truth.followed(&mapping, source.into()))
 }

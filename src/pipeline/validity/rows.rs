@@ -101,7 +101,7 @@ pub struct ValidityImage {
     /// Weighted rms that the nearest tidal and flexion models leave of β, arcsec.
     pub residual_arcsec: [f64; 2],
     /// H0 that delays give, over the true one, where the lens is known and the line of sight has the tensors of the axis ray and
-    /// of the ring; not a number where there are other images.
+    /// of the ring; not a number where images were lost from one to the other.
     pub h0_ratio: [f64; 2],
     /// Fits: models in the order of the plan, in each the starts.
     pub fits: Vec<ValidityFit>,

@@ -4,11 +4,9 @@ use super::delays::Delays;
 use super::estimate::{Wanted, fit};
 use super::plan::{SeenHaloes, ValidityCase, ValidityPlan};
 use super::rows::{ValidityImage, ValiditySightline, ValidityView, VaryingHalo};
-use crate::config::Config;
 use crate::diagnostics::EffectiveLineOfSight;
 use crate::error::{Error, Result};
 use crate::imaging::Exposure;
-use crate::mapping::Mapping;
 use crate::mapping::multiplane::LineOfSight;
 use crate::mapping::tidal::LineOfSightModel;
 use crate::monitor::{Monitor, Uncounted};
@@ -17,7 +15,7 @@ use crate::pipeline::los_shears::LosShears;
 use crate::pipeline::tidal_twin::{TidalTwin, tidal_lens};
 use crate::pipeline::view_fits::FittedView;
 use crate::pipeline::{
-    LensAndSource, RowStore, Selection, Sightlines, View, main_lens, one_core_each, to_accuracy,
+    BeamAverage, LensAndSource, RowStore, Selection, Sightlines, View, main_lens, one_core_each,
 };
 
 /// Computes sightlines 0 to `number` of every case, but for those that `rows` has; one on each core, sightline by sightline, so
@@ -110,21 +108,20 @@ impl<'a> Place<'a> {
         let view = View::through(config, sight, shapes, psf, noise, monitor)?;
         let axis = &view.effective;
         let twin = TidalTwin::of(config, shapes, axis, psf, noise, monitor)?;
-        let tidal = |model| -> Result<Delays> {
-            of_mapping(config, &tidal_lens(config, shapes, model)?, [0.0; 2], [0.0; 2])
+        let through = |model| tidal_lens(config, shapes, model);
+        let of_axis =
+            Delays::of(&through(axis.tidal_model())?, view.exposure.grid.half_width_arcsec(), [0.0; 2])?;
+        let truth = {
+            let whole = sight.through_lens(&main_lens(config, shapes, sight)?)?;
+            of_axis.followed(&whole, view.source_centre_arcsec)
         };
-        let of_axis = tidal(axis.tidal_model())?;
         let of_ring = match view.los_shears.ring {
-            Some(ring) => Some(tidal(LineOfSightModel::Full { od: ring.od, os: ring.os, ds: ring.ds })?),
+            Some(BeamAverage { od, os, ds, .. }) => {
+                of_axis.followed(&through(LineOfSightModel::Full { od, os, ds })?, [0.0; 2])
+            }
             None => None,
         };
-        let truth = {
-            let exact = sight.through_lens(&main_lens(config, shapes, sight)?)?;
-            let half = view.exposure.grid.half_width_arcsec();
-            let whole = to_accuracy(config, &exact, half, RAYS_OF_IMAGES);
-            of_mapping(config, &whole, [0.0; 2], view.source_centre_arcsec)?
-        };
-        let image = |exposure: &Exposure, shears: &LosShears, truth: &Delays| {
+        let image = |exposure: &Exposure, shears: &LosShears, truth: Option<&Delays>| {
             let seen = FittedView {
                 image: "all_haloes",
                 config,
@@ -134,14 +131,16 @@ impl<'a> Place<'a> {
                 los_shears: shears,
                 psf,
             };
-            let of_ring = of_ring.as_ref().map_or(f64::NAN, |ring| truth.h0_ratio(ring));
-            self.image(&seen, axis, [truth.h0_ratio(&of_axis), of_ring], truth, monitor)
+            let ratio = |model: Option<&Delays>| {
+                truth.zip(model).map_or(f64::NAN, |(truth, own)| truth.h0_ratio(own))
+            };
+            self.image(&seen, axis, [ratio(Some(&of_axis)), ratio(of_ring.as_ref())], truth, monitor)
         };
         Ok(ValidityView {
             number_of_haloes: view.number_of_haloes,
             delta_tot: [view.variation.delta, view.averages.ring.delta],
-            haloes: image(&view.exposure, &view.los_shears, &truth)?,
-            tidal: image(&twin.exposure, &twin.los_shears, &of_axis)?,
+            haloes: image(&view.exposure, &view.los_shears, truth.as_ref())?,
+            tidal: image(&twin.exposure, &twin.los_shears, Some(&of_axis))?,
         })
     }
 
@@ -150,7 +149,7 @@ impl<'a> Place<'a> {
         seen: &FittedView,
         axis: &EffectiveLineOfSight,
         h0_ratio: [f64; 2],
-        delays: &Delays,
+        delays: Option<&Delays>,
         monitor: &dyn Monitor,
     ) -> Result<ValidityImage> {
         let tensors = seen.los_shears.all(axis);
@@ -171,18 +170,4 @@ impl<'a> Place<'a> {
             fits,
         })
     }
-}
-
-/// Rays that the search for the images of a point source takes, about.
-const RAYS_OF_IMAGES: usize = 5000;
-
-/// Delays within the image.
-fn of_mapping(
-    config: &Config,
-    mapping: &dyn Mapping,
-    lens_centre: [f64; 2],
-    source: [f64; 2],
-) -> Result<Delays> {
-    let half = 0.5 * config.image.pixels as f64 * config.instrument.pixel_scale_arcsec;
-    Delays::of(mapping, half, lens_centre, source)
 }

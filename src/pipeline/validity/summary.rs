@@ -166,8 +166,8 @@ pub struct GroupSummary {
     pub h0_ring: [f64; 3],
     /// The same of the best fit.
     pub h0_fit: [f64; 3],
-    /// Part whose point images are as many as those of the tensors of the axis.
-    pub same_images: Share,
+    /// Part whose point images could be followed from the tensors of the axis to the haloes.
+    pub followed: Share,
     /// Rank correlation of the excess of χ² with Δ_tot of the axis, Δ_tot of the ring, and what the nearest tidal model leaves of β.
     pub excess_correlations: [f64; 3],
     /// Against each definition, of all fits and of the good ones.
@@ -209,7 +209,7 @@ impl GroupSummary {
             h0_axis: middle(&|pair| pair.image.h0_ratio[0]),
             h0_ring: middle(&|pair| pair.image.h0_ratio[1]),
             h0_fit: middle(&|pair| pair.fit.h0_ratio),
-            same_images: share(&|pair| pair.image.h0_ratio[0].is_finite()),
+            followed: share(&|pair| pair.image.h0_ratio[0].is_finite()),
             excess_correlations: [
                 correlation(&|pair| pair.view.delta_tot[0]),
                 correlation(&|pair| pair.view.delta_tot[1]),
