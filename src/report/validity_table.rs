@@ -109,7 +109,11 @@ fn percent(share: Share) -> String {
 }
 
 fn with_error([value, error]: [f64; 2], decimals: usize) -> String {
-    if value.is_finite() { format!("{value:.decimals$} ± {error:.decimals$}") } else { "–".into() }
+    match (value.is_finite(), error.is_finite()) {
+        (true, true) => format!("{value:.decimals$} ± {error:.decimals$}"),
+        (true, false) => format!("{value:.decimals$}"),
+        _ => "–".into(),
+    }
 }
 
 fn interval([low, middle, high]: [f64; 3], digits: usize) -> String {

@@ -46,6 +46,9 @@ pub struct ValidityArgs {
     /// How γ_LOS and its errors are taken from a posterior.
     #[arg(long, value_enum, default_value_t = EstimateArg::Sample)]
     estimate: EstimateArg,
+    /// No delays and no H0: of truncated haloes they take longer than a fit from the truth.
+    #[arg(long)]
+    no_delays: bool,
     /// The same sightlines with another value of a key, one key at a time; may be given again for other keys.
     #[arg(long, value_name = "KEY=VALUE,…")]
     vary: Vec<String>,
@@ -137,6 +140,7 @@ impl ValidityArgs {
                 EstimateArg::Laplace => Estimate::Laplace,
                 EstimateArg::Sample => Estimate::Sample,
             },
+            has_delays: !self.no_delays,
         })
     }
 
@@ -154,6 +158,7 @@ impl ValidityArgs {
         ]
         .into_iter()
         .flatten()
+        .chain([if self.no_delays { "--no-delays".into() } else { String::new() }])
         .chain(vary)
         .collect()
     }

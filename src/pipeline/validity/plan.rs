@@ -106,6 +106,8 @@ pub struct ValidityPlan {
     pub starts: Vec<FitStart>,
     /// How γ_LOS is taken from a posterior.
     pub estimate: Estimate,
+    /// Whether delays are computed, for which every truncated halo costs an integral.
+    pub has_delays: bool,
 }
 
 impl ValidityPlan {
@@ -143,11 +145,12 @@ impl ValidityPlan {
     pub fn identity(&self, configurations: &[String]) -> String {
         let list = |names: Vec<String>| names.join(", ");
         let mut text = format!(
-            "study validity\nviews {}\nmodels {}\nstarts {}\nestimate {}\n",
+            "study validity\nviews {}\nmodels {}\nstarts {}\nestimate {}\ndelays {}\n",
             list(self.views.iter().map(ToString::to_string).collect()),
             list(self.models.clone()),
             list(self.starts.iter().map(ToString::to_string).collect()),
-            self.estimate
+            self.estimate,
+            self.has_delays
         );
         for (case, toml) in self.cases.iter().zip(configurations) {
             text += &format!("case {}\n{toml}\n", case.name);
@@ -178,6 +181,7 @@ mod tests {
             models: models.iter().map(ToString::to_string).collect(),
             starts: vec![FitStart::Truth],
             estimate: Estimate::Laplace,
+            has_delays: false,
         };
         let cases = |plan: ValidityPlan| {
             let config = crate::config::Preset::Consistent.config().unwrap();

@@ -108,40 +108,56 @@ impl<'a> Place<'a> {
         let view = View::through(config, sight, shapes, psf, noise, monitor)?;
         let axis = &view.effective;
         let twin = TidalTwin::of(config, shapes, axis, psf, noise, monitor)?;
+        let [of_axis, truth, of_ring] = self.delays(sight, shapes, &view)?;
+        let image =
+            |exposure: &Exposure, shears: &LosShears, truth: Option<&Delays>, ring: Option<&Delays>| {
+                let seen = FittedView {
+                    image: "all_haloes",
+                    config,
+                    shapes,
+                    exposure,
+                    effective: axis,
+                    los_shears: shears,
+                    psf,
+                };
+                let ratio = |model: Option<&Delays>| {
+                    truth.zip(model).map_or(f64::NAN, |(truth, own)| truth.h0_ratio(own))
+                };
+                self.image(&seen, axis, [ratio(of_axis.as_ref()), ratio(ring)], truth, monitor)
+            };
+        Ok(ValidityView {
+            number_of_haloes: view.number_of_haloes,
+            delta_tot: [view.variation.delta, view.averages.ring.delta],
+            haloes: image(&view.exposure, &view.los_shears, truth.as_ref(), of_ring.as_ref())?,
+            // The tensors of a twin are the same on the ring.
+            tidal: image(&twin.exposure, &twin.los_shears, of_axis.as_ref(), of_axis.as_ref())?,
+        })
+    }
+
+    /// Delays behind the tensors of the axis, behind the haloes, and behind the tensors of the ring, where they are wanted and the
+    /// images of the first can be followed.
+    fn delays(
+        &self,
+        sight: &LineOfSight,
+        shapes: &LensAndSource,
+        view: &View,
+    ) -> Result<[Option<Delays>; 3]> {
+        if !self.plan.has_delays {
+            return Ok([None, None, None]);
+        }
+        let config = &self.case.config;
         let through = |model| tidal_lens(config, shapes, model);
-        let of_axis =
-            Delays::of(&through(axis.tidal_model())?, view.exposure.grid.half_width_arcsec(), [0.0; 2])?;
-        let truth = {
-            let whole = sight.through_lens(&main_lens(config, shapes, sight)?)?;
-            of_axis.followed(&whole, view.source_centre_arcsec)
-        };
+        let half = view.exposure.grid.half_width_arcsec();
+        let of_axis = Delays::of(&through(view.effective.tidal_model())?, half, [0.0; 2])?;
+        let whole = sight.through_lens(&main_lens(config, shapes, sight)?)?;
+        let truth = of_axis.followed(&whole, view.source_centre_arcsec);
         let of_ring = match view.los_shears.ring {
             Some(BeamAverage { od, os, ds, .. }) => {
                 of_axis.followed(&through(LineOfSightModel::Full { od, os, ds })?, [0.0; 2])
             }
             None => None,
         };
-        let image = |exposure: &Exposure, shears: &LosShears, truth: Option<&Delays>| {
-            let seen = FittedView {
-                image: "all_haloes",
-                config,
-                shapes,
-                exposure,
-                effective: axis,
-                los_shears: shears,
-                psf,
-            };
-            let ratio = |model: Option<&Delays>| {
-                truth.zip(model).map_or(f64::NAN, |(truth, own)| truth.h0_ratio(own))
-            };
-            self.image(&seen, axis, [ratio(Some(&of_axis)), ratio(of_ring.as_ref())], truth, monitor)
-        };
-        Ok(ValidityView {
-            number_of_haloes: view.number_of_haloes,
-            delta_tot: [view.variation.delta, view.averages.ring.delta],
-            haloes: image(&view.exposure, &view.los_shears, truth.as_ref())?,
-            tidal: image(&twin.exposure, &twin.los_shears, Some(&of_axis))?,
-        })
+        Ok([Some(of_axis), truth, of_ring])
     }
 
     fn image(

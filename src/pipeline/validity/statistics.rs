@@ -87,24 +87,26 @@ impl Biases {
     /// Of fits of independent sightlines; those without a number are left out.
     pub fn of(fits: &[Deviation]) -> Self {
         /// Samples drawn again.
-        const SAMPLES: u64 = 400;
+        const SAMPLES: usize = 400;
         let fits: Vec<Deviation> = fits.iter().filter(|fit| fit.is_finite()).copied().collect();
         let values = line(&fits);
-        let mut sums = [[0.0; 2]; 5];
+        let mut samples: [Vec<f64>; 5] = Default::default();
         let mut rng = stream(0, 0, Stage::Bootstrap, fits.len() as u64);
         for _ in 0..SAMPLES {
             let again: Vec<Deviation> =
                 (0..fits.len()).map(|_| fits[rng.random_range(0..fits.len())]).collect();
-            for (sum, value) in sums.iter_mut().zip(line(&again)) {
-                *sum = [sum[0] + value, sum[1] + value * value];
+            // A sample of one sightline alone has no slope.
+            for (own, value) in samples.iter_mut().zip(line(&again)) {
+                own.extend(Some(value).filter(|value| value.is_finite()));
             }
         }
-        let error = |[sum, square]: [f64; 2]| {
-            let mean = sum / SAMPLES as f64;
-            (square / SAMPLES as f64 - mean * mean).max(0.0).sqrt()
+        let error = |own: &[f64]| {
+            let n = own.len() as f64;
+            let mean = own.iter().sum::<f64>() / n;
+            (own.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n).sqrt()
         };
         let [multiplicative, additive1, additive2, scatter, scatter_beyond_errors] =
-            std::array::from_fn(|i| [values[i], error(sums[i])]);
+            std::array::from_fn(|i| [values[i], error(&samples[i])]);
         let mut sigmas: Vec<f64> = fits.iter().map(Deviation::sigmas).collect();
         sigmas.sort_by(f64::total_cmp);
         Self {
@@ -221,6 +223,8 @@ mod tests {
         let singular = Deviation { defined: [0.0; 2], covariance: [1.0, 1.0, 1.0], ..gap };
         let biases = Biases::of(&[gap, singular]);
         assert!(biases.number == 0 && biases.multiplicative[0].is_nan() && biases.coverage.part.is_nan());
+        let few = Biases::of(&fits(3, (0.1, [0.0; 2]), (0.003, 0.003, 0.0)));
+        assert!(few.multiplicative[1] > 0.0 && few.additive1[1] > 0.0, "{few:?}");
         let none = Share::of([false; 8]);
         assert!(none.part == 0.0 && (none.error - (0.1f64 * 0.9 / 8.0).sqrt()).abs() < 1e-15);
     }

@@ -406,6 +406,7 @@ mod tests {
             models: vec!["tidal-minimal".into(), "tidal-flexion".into()],
             starts: vec![FitStart::Blind, FitStart::Truth],
             estimate: Estimate::Laplace,
+            has_delays: true,
         }
     }
 
