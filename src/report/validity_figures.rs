@@ -48,10 +48,12 @@ pub fn validity_figures(
         "h0" => delay_ratios(&ratios(plan, &tidal)),
         _ => varying_haloes(haloes(plan, &tidal)),
     };
-    for (name, _) in FIGURES {
+    let is_there = |(name, _): &(&str, &str)| *name != "h0" || plan.has_delays;
+    let shown: Vec<(&str, &str)> = FIGURES.into_iter().filter(is_there).collect();
+    for (name, _) in &shown {
         stage_figure(staging, name, || Ok(Some(draw(name))))?;
     }
-    Ok(FIGURES.into())
+    Ok(shown)
 }
 
 /// Of the first view and of the one at the configured threshold: axis, ring and the nearest tidal model.
@@ -74,7 +76,7 @@ fn fitted(plan: &ValidityPlan, groups: &[&FitGroup]) -> Vec<FittedPoints> {
             };
             FittedPoints {
                 definition: DEFINITIONS[i].replace('_', " "),
-                view: plan.views[group.view].words(),
+                view: seen(plan, group),
                 good: of(true),
                 misfits: of(false),
             }
@@ -90,7 +92,7 @@ fn covered(plan: &ValidityPlan, groups: &[&FitGroup], twins: &[&FitGroup]) -> Ve
         let own = DEFINITIONS.iter().enumerate().map(|(i, name)| (name.replace('_', " "), sigmas(group, i)));
         // Of a twin all definitions are one.
         let null = ("tidal twins".to_owned(), sigmas(twin, 3));
-        CoverageView { view: plan.views[group.view].words(), sets: own.chain([null]).collect() }
+        CoverageView { view: seen(plan, group), sets: own.chain([null]).collect() }
     };
     groups.iter().zip(twins).map(of).collect()
 }
@@ -100,7 +102,7 @@ fn excesses(plan: &ValidityPlan, groups: &[&FitGroup]) -> Vec<ExcessView> {
         let points =
             |of: fn(&FitPair) -> f64| group.done().map(|pair| [of(pair), pair.chi2_excess()]).collect();
         ExcessView {
-            view: plan.views[group.view].words(),
+            view: seen(plan, group),
             by: [
                 points(|pair| pair.view.delta_tot[0]),
                 points(|pair| pair.view.delta_tot[1]),
@@ -149,7 +151,7 @@ fn ratios(plan: &ValidityPlan, groups: &[&FitGroup]) -> Vec<(String, [Vec<f64>; 
             values(|pair| pair.image.h0_ratio[1]),
             values(|pair| pair.fit.h0_ratio),
         ];
-        (plan.views[group.view].words(), sets)
+        (seen(plan, group), sets)
     };
     groups.iter().map(of).collect()
 }
@@ -163,4 +165,9 @@ fn haloes(plan: &ValidityPlan, groups: &[&FitGroup]) -> [Vec<[f64; 2]>; 2] {
         pairs.filter_map(|pair| pair.row.halo).map(|halo| [halo.z, halo.m200c_msun]).collect()
     };
     [of(false), of(true)]
+}
+
+/// Which haloes, in the markup of labels.
+fn seen(plan: &ValidityPlan, group: &FitGroup) -> String {
+    plan.views[group.view].words().replace("Δ_h", "Δ_{h}")
 }

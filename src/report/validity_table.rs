@@ -216,6 +216,9 @@ fn starts(plan: &ValidityPlan, summary: &ValiditySummary) -> String {
 }
 
 fn delays(plan: &ValidityPlan, summary: &ValiditySummary) -> String {
+    if !plan.has_delays {
+        return String::new();
+    }
     let head =
         ["seen", "H0/true, tensors of the axis", "of the ring", "best fit of", "H0/true", "images followed"];
     let line = |(view, mock, group): (usize, Mock, &GroupSummary)| {

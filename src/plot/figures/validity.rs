@@ -40,7 +40,7 @@ fn captioned(panel: Panel, text: String) -> Panel {
 
 /// A panel a view and definition, three in a row.
 pub fn fitted_shears(sets: &[FittedPoints]) -> Figure {
-    let panel = |(number, set): (usize, &FittedPoints)| {
+    let panel = |set: &FittedPoints| {
         let all = || set.good.iter().chain(&set.misfits).flat_map(|point| [point[0], point[1]]);
         let mut sizes: Vec<f64> = all().map(f64::abs).filter(|v| v.is_finite()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -55,10 +55,10 @@ pub fn fitted_shears(sets: &[FittedPoints]) -> Figure {
             bars(&set.good, Colour::BLUE).named("p ≥ 0.001"),
         ];
         let x = Axis::linear(&format!("γ_{{1,2}} of {}", set.definition)).between(-reach, reach);
-        let y = Axis::linear("fitted γ_{1,2}^{LOS}").between(-reach, reach).outer(number % 3 == 0);
+        let y = Axis::linear("fitted γ_{1,2}^{LOS}").between(-reach, reach);
         captioned(Panel { legend: Corner::TopLeft, ..Panel::new(x, y, marks) }, format!("seen: {}", set.view))
     };
-    Figure::full_width("Fitted and defined shear", 1.0, 3, sets.iter().enumerate().map(panel))
+    Figure::full_width("Fitted and defined shear", 1.0, 3, sets.iter().map(panel))
 }
 
 /// The part of the fits within so many σ of each definition, a panel a view, beside what right errors give, 1 − exp(−σ²).
@@ -96,7 +96,7 @@ pub fn coverage(views: &[CoverageView]) -> Figure {
 pub fn excess(views: &[ExcessView]) -> Figure {
     /// What is below is drawn there.
     const LEAST: f64 = 0.1;
-    let labels = ["Δ_{tot}", "Δ_{tot}, ring", "residual of the nearest tidal model [arcsec]"];
+    let labels = ["Δ_{tot}", "Δ_{tot}, ring", "residual of best tidal [arcsec]"];
     let panel = |i: usize| {
         let dots = |(number, view): (usize, &ExcessView)| {
             let points = view.by[i].iter().map(|[x, y]| [*x, y.max(LEAST)]).collect();
@@ -105,7 +105,7 @@ pub fn excess(views: &[ExcessView]) -> Figure {
         };
         let limit = Mark::rule(Rule::Y(25.0), Stroke::dashed(Colour::GREY, 0.8));
         let marks: Vec<Mark> = views.iter().enumerate().map(dots).chain([limit]).collect();
-        let y = Axis::log("χ^2 − χ^2 of the tidal twin").outer(i == 0);
+        let y = Axis::log("χ² − χ² of the tidal twin").outer(i == 0);
         Panel { legend: Corner::TopLeft, ..Panel::new(Axis::log(labels[i]), y, marks) }
     };
     Figure::full_width("Misfit and variation of the shear", 1.0, 3, (0..3).map(panel))
@@ -133,7 +133,7 @@ pub fn failing(curves: &[FailingCurve]) -> Figure {
             Shape::ErrorBars { points: bars, colour }.into(),
         ]
     });
-    let x = Axis::log(&format!("haloes seen: Δ_h below (all at {all})"));
+    let x = Axis::log(&format!("haloes seen: Δ_{{h}} below (all at {all})"));
     let y = Axis::linear("sightlines [%]").between(0.0, 130.0);
     let panel = Panel { legend: Corner::TopLeft, ..Panel::new(x, y, marks) };
     Figure::one_column("Sightlines whose images are not tidal", 0.9, panel)
@@ -177,8 +177,8 @@ pub fn varying_haloes([tidal, others]: [Vec<[f64; 2]>; 2]) -> Figure {
         Mark::from(Shape::Dots { points, colour, radius_pt: 1.4, opacity: 0.7 }).named(name)
     };
     let marks = [
-        dots(tidal, Colour::BLUE, "χ^2 as of the tidal twin"),
-        dots(others, Colour::ORANGE, "χ^2 above it by 25"),
+        dots(tidal, Colour::BLUE, "χ² as of the tidal twin"),
+        dots(others, Colour::ORANGE, "χ² above it by 25"),
     ];
     let panel = Panel::new(Axis::linear("z"), Axis::log("M_{200c} [M_⊙]"), marks);
     Figure::one_column("The halo whose shear changes most", 0.8, panel)
