@@ -134,6 +134,12 @@ which-shear:
     cargo run --release -- study which-shear target/n1.toml --preset consistent -n 35 -o which_shear
     python3 data/oracle/page.py docs/WHICH_SHEAR.md "haloray study which-shear target/n1.toml --preset consistent -n 35 -o which_shear" which_shear/result.md
 
+# when tidal models are good enough, hours; writes docs/VALIDITY.md
+validity N="1000":
+    cargo run --release -- study validity --preset consistent --set source.sersic_index=1 --set image.pixel_sampling=point -n {{N}} \
+        --views all,0.1 --starts truth --no-delays --estimate laplace -o validity
+    python3 data/oracle/page.py docs/VALIDITY.md "just validity {{N}}" validity/result.md
+
 # full against minimal model on Table 1's image; writes docs/ADVANTAGE.md
 advantage:
     cargo run --release -- study advantage -o advantage

@@ -9,7 +9,8 @@ use super::model::{CompiledModel, Quantity};
 use super::optimise::{Maximum, StartSearch, to_the_top};
 use super::run::{RunStatus, SamplerRun};
 use super::sample::{Chains, Evidence, Problem};
-use super::store::{FitState, FitStore};
+use super::store::{FitState, FitStore, NoStore};
+use super::top::climbed_from;
 use crate::error::{Error, Result};
 use crate::mapping::tidal::LineOfSightModel;
 use crate::monitor::Monitor;
@@ -115,6 +116,22 @@ impl Fit {
             store.save(&state)?;
         }
         fit
+    }
+
+    /// As [`Self::run`] with nothing kept, from a point that is known in place of a blind start: latent coordinates.
+    ///
+    /// # Errors
+    /// As [`Self::run`]; a point where the model cannot be evaluated.
+    pub fn run_from(
+        observation: Observation,
+        model: CompiledModel,
+        settings: FitSettings,
+        latent: Vec<f64>,
+        monitor: &dyn Monitor,
+    ) -> Result<Self> {
+        let likelihood = ImageLikelihood::new(observation, model, settings.likelihood, monitor)?;
+        let mut state = FitState::at(climbed_from(&likelihood, latent, monitor)?);
+        Self::go_on(likelihood, settings, &mut state, &mut NoStore, monitor)
     }
 
     fn go_on(

@@ -17,6 +17,7 @@ pub mod parameter;
 mod run;
 pub mod sample;
 mod store;
+mod top;
 
 pub use diagnose::{DrawStatistics, HPD_FRACTION};
 pub use fit::{Fit, ParameterSummary, UnsampledMaximum};
@@ -28,3 +29,4 @@ pub use optimise::{Maximum, StartSearch, climb_from, find_start};
 pub use parameter::{Prior, PriorShape};
 pub use run::{Quantities, RunStatus, SamplerRun};
 pub use store::{FitState, FitStore, NoStore};
+pub use top::{Top, normal_pair};

@@ -65,6 +65,11 @@ fn refinements(likelihood: &ImageLikelihood, sampling: PixelSampling) -> usize {
 }
 
 impl FitState {
+    /// That of a fit whose blind start ended at `maximum`, before the pixels are refined.
+    pub(super) fn at(maximum: Maximum) -> Self {
+        Self { maxima: vec![maximum], ..Self::default() }
+    }
+
     /// The state that `store` has of this fit, or none yet.
     pub(super) fn load(
         store: &mut dyn FitStore,

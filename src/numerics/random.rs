@@ -33,6 +33,8 @@ pub enum Stage {
     Mesh = 18,
     /// Evidence and equal-weight draws of nested sampling.
     Evidence = 17,
+    /// Sightlines drawn again for the errors of a statistic.
+    Bootstrap = 19,
 }
 
 /// The name of the random stream of one stage of one realisation.

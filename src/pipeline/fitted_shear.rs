@@ -7,6 +7,7 @@ use super::view_fits::FittedView;
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::imaging::Psf;
+use crate::inference::Fit;
 use crate::monitor::Monitor;
 
 /// Mean and covariance of γ_LOS of a posterior, and how far it can be trusted.
@@ -42,24 +43,14 @@ impl FittedShear {
         model: &str,
         monitor: &dyn Monitor,
     ) -> Result<Self> {
-        let seen = FittedView { image: "all_haloes", config, shapes, view, psf };
+        let seen = FittedView::of("all_haloes", config, shapes, view, psf);
         let refused =
             || Error::out_of_range("model", model, "one with gamma1_los and gamma2_los among its parameters");
         let fitted = seen.fit(model, || Err(refused()), monitor)?;
-        let draws = |name: &str| fitted.fit.draws_of(name).map(<[_]>::concat).ok_or_else(refused);
-        let (x, y) = (draws("gamma1_los")?, draws("gamma2_los")?);
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-        let [mx, my] = [mean(&x), mean(&y)];
-        let covariance = |a: &[f64], b: &[f64], [ma, mb]: [f64; 2]| {
-            a.iter().zip(b).map(|(a, b)| (a - ma) * (b - mb)).sum::<f64>() / (a.len() - 1) as f64
-        };
+        let (mean, covariance) = moments(&fitted.fit, ["gamma1_los", "gamma2_los"]).ok_or_else(refused)?;
         Ok(Self {
-            mean: [mx, my],
-            covariance: [
-                covariance(&x, &x, [mx, mx]),
-                covariance(&x, &y, [mx, my]),
-                covariance(&y, &y, [my, my]),
-            ],
+            mean,
+            covariance,
             chi2_reduced: fitted.fit.chi2_reduced(),
             converged: fitted.fit.status.is_converged,
             missed_by: fitted.missed_by,
@@ -80,4 +71,18 @@ impl FittedShear {
         ];
         Quantities(list.map(|(name, value)| (name.to_string(), "", value)).into())
     }
+}
+
+/// Means and covariance (11, 12, 22) of the draws of two quantities; none where the fit has no such quantity.
+pub(super) fn moments(fit: &Fit, names: [&str; 2]) -> Option<([f64; 2], [f64; 3])> {
+    let draws = |name: &str| fit.draws_of(name).map(<[_]>::concat);
+    let (x, y) = (draws(names[0])?, draws(names[1])?);
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let [mx, my] = [mean(&x), mean(&y)];
+    let covariance = |a: &[f64], b: &[f64], [ma, mb]: [f64; 2]| {
+        a.iter().zip(b).map(|(a, b)| (a - ma) * (b - mb)).sum::<f64>() / (a.len() - 1) as f64
+    };
+    let covariances =
+        [covariance(&x, &x, [mx, mx]), covariance(&x, &y, [mx, my]), covariance(&y, &y, [my, my])];
+    Some(([mx, my], covariances))
 }

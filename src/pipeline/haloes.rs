@@ -131,6 +131,19 @@ impl Haloes {
         Ok(SingleHaloes { on_axis, on_ray })
     }
 
+    /// What each halo does where it is judged, without averages over the ring; `sight` is the line of sight through all.
+    ///
+    /// # Errors
+    /// As [`Self::effects`].
+    pub fn effects_along(&self, config: &Config, sight: &LineOfSight) -> Result<HaloTidal> {
+        let theta_e = config.diagnostics.theta_e_arcsec;
+        if !config.line_of_sight.is_beside_axis() {
+            return HaloTidal::along(&self.catalogue, theta_e, |_| [0.0; 2]);
+        }
+        let ray = sight.axis_ray_arcsec(&self.catalogue.chi_cmpc);
+        HaloTidal::along(&self.catalogue, theta_e, |i| ray[i])
+    }
+
     /// κ_h of each halo where it is judged, and whether it is in the tidal regime; `sight` is the line of sight through all.
     ///
     /// # Errors

@@ -112,25 +112,50 @@ impl LosShears {
         let (theta, weights) = signal(config, seen);
         let some = evenly_weighted(&theta, &weights);
         let light = sight.beams(z_lens, &some, |[x, y]| seen.lens.profile.deflection(x, y))?;
-        /// Pixels that are enough for the nearest models; more take every other, third … pixel.
-        const PIXELS: usize = 400;
-        let every = theta.len().div_ceil(PIXELS).max(1);
-        let theta: Vec<[f64; 2]> = theta.into_iter().step_by(every).collect();
-        let weights: Vec<f64> = weights.into_iter().step_by(every).collect();
-        let beta = seen.whole.trace(&theta, Order::Position, monitor)?.beta_arcsec;
-        let rays = WeightedRays { theta_arcsec: &theta, beta_arcsec: &beta, weights: &weights };
-        let [e1, e2] = seen.shapes.lens_ellipticity;
-        let lens = [config.lens.einstein_radius_arcsec, config.lens.slope, e1, e2, 0.0, 0.0];
-        /// Rays that are to determine up to 29 numbers.
-        const FEWEST: usize = 30;
-        let [best_tidal, best_flexion] = if theta.len() < FEWEST || config.lens.einstein_radius_arcsec == 0.0
-        {
-            [None; 2]
-        } else {
-            BestModel::tidal_and_flexion(&rays, (&axis.od.tidal, &axis.los), lens)?.map(Some)
-        };
+        let [best_tidal, best_flexion] = nearest(config, axis, (&theta, &weights), seen, monitor)?;
         Ok(Self { ring, light: BeamAverage::of(&light), best_tidal, best_flexion })
     }
+}
+
+impl LosShears {
+    /// Measures all definitions of a strictly tidal line of sight: `tensors` wherever a ray passes.
+    pub(super) fn of_tensors(
+        config: &Config,
+        axis: &EffectiveLineOfSight,
+        tensors: BeamAverage,
+        seen: &Seen,
+        monitor: &dyn Monitor,
+    ) -> Result<Self> {
+        let (theta, weights) = signal(config, seen);
+        let [best_tidal, best_flexion] = nearest(config, axis, (&theta, &weights), seen, monitor)?;
+        let light = (!theta.is_empty()).then_some(tensors);
+        Ok(Self { ring: Some(tensors), light, best_tidal, best_flexion })
+    }
+}
+
+/// The tidal and flexion models nearest to what is seen over the pixels `theta` of signal over noise `weights`.
+fn nearest(
+    config: &Config,
+    axis: &EffectiveLineOfSight,
+    (theta, weights): (&[[f64; 2]], &[f64]),
+    seen: &Seen,
+    monitor: &dyn Monitor,
+) -> Result<[Option<BestModel>; 2]> {
+    /// Pixels that are enough for the nearest models; more take every other, third … pixel.
+    const PIXELS: usize = 400;
+    /// Rays that are to determine up to 29 numbers.
+    const FEWEST: usize = 30;
+    let every = theta.len().div_ceil(PIXELS).max(1);
+    let theta: Vec<[f64; 2]> = theta.iter().copied().step_by(every).collect();
+    let weights: Vec<f64> = weights.iter().copied().step_by(every).collect();
+    let beta = seen.whole.trace(&theta, Order::Position, monitor)?.beta_arcsec;
+    let rays = WeightedRays { theta_arcsec: &theta, beta_arcsec: &beta, weights: &weights };
+    let [e1, e2] = seen.shapes.lens_ellipticity;
+    let lens = [config.lens.einstein_radius_arcsec, config.lens.slope, e1, e2, 0.0, 0.0];
+    if theta.len() < FEWEST || config.lens.einstein_radius_arcsec == 0.0 {
+        return Ok([None; 2]);
+    }
+    Ok(BestModel::tidal_and_flexion(&rays, (&axis.od.tidal, &axis.los), lens)?.map(Some))
 }
 
 /// Pixels where the source outshines the noise, and by how much.

@@ -19,6 +19,8 @@ mod sightlines;
 mod simulate;
 mod summary;
 mod tidal_study;
+mod tidal_twin;
+mod validity;
 mod view;
 mod view_fits;
 mod which_shear;
@@ -45,6 +47,13 @@ pub use sightlines::{Sightlines, populate};
 pub use simulate::{Inputs, Simulation, simulate};
 pub use summary::{Quantities, Summary};
 pub use tidal_study::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
+pub use tidal_twin::TidalTwin;
+pub use validity::{
+    Biases, DefinitionSummary, Deviation, Estimate, FitGroup, FitPair, FitStart, GroupSummary, MIDDLE, Mock,
+    NOTICED_EXCESS, PREFERRED_LOG_ODDS, SeenHaloes, Share, SingleHaloSummary, ValidityCase, ValidityFit,
+    ValidityImage, ValidityPlan, ValiditySightline, ValiditySummary, ValidityView, VaryingHalo, WITHIN_68,
+    rank_correlation, validity,
+};
 pub use view::{View, critical_curves, main_lens, maps, to_accuracy};
 pub use view_fits::{ViewFit, fit_views};
 pub use which_shear::{WhichShear, median_deviations, which_shear};

@@ -177,7 +177,7 @@ pub fn critical_curves(
     CriticalCurves::of(mapping, &window, monitor)
 }
 
-fn light(
+pub(super) fn light(
     config: &Config,
     own: &LightConfig,
     ellipticity: [f64; 2],
@@ -188,7 +188,7 @@ fn light(
 }
 
 /// Light of the lens galaxy, which is seen on the axis; shaped like the lens unless it has a shape of its own.
-fn lens_light(config: &Config, shapes: &LensAndSource) -> Result<Option<Sersic>> {
+pub(super) fn lens_light(config: &Config, shapes: &LensAndSource) -> Result<Option<Sersic>> {
     let Some(own) = &config.lens_light else { return Ok(None) };
     let ellipticity = own.e1.zip(own.e2).map_or(shapes.lens_ellipticity, |(e1, e2)| [e1, e2]);
     Ok(Some(light(config, own, ellipticity, [0.0, 0.0])?))

@@ -3,15 +3,15 @@
 use std::time::Instant;
 
 use super::haloes::line_of_sight_of;
-use super::los_shears::DEFINITIONS;
+use super::los_shears::{DEFINITIONS, LosShears};
 use super::matter::Selection;
 use super::shapes::LensAndSource;
 use super::simulate::Simulation;
 use super::view::View;
 use crate::config::Config;
-use crate::diagnostics::Tidal;
+use crate::diagnostics::{EffectiveLineOfSight, Tidal};
 use crate::error::Result;
-use crate::imaging::Psf;
+use crate::imaging::{Exposure, Psf};
 use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{
     CompiledModel, FreeParameter, LightDescription, ModelDescription, ParameterRule,
@@ -73,7 +73,7 @@ pub fn fit_views(
                 let sight = line_of_sight_of(&run.config, &run.haloes, catalogue, selection)?;
                 HaloSight::new(sight, run.config.line_of_sight.z_lens)
             };
-            let seen = FittedView { image, config: &run.config, shapes: &run.shapes, view, psf };
+            let seen = FittedView::of(image, &run.config, &run.shapes, view, psf);
             fits.push(seen.fit(name, through_haloes, monitor)?);
         }
     }
@@ -85,19 +85,39 @@ pub(super) struct FittedView<'a> {
     pub image: &'static str,
     pub config: &'a Config,
     pub shapes: &'a LensAndSource,
-    pub view: &'a View,
+    pub exposure: &'a Exposure,
+    pub effective: &'a EffectiveLineOfSight,
+    pub los_shears: &'a LosShears,
     pub psf: &'a Psf,
 }
 
-impl FittedView<'_> {
-    /// Fits a built-in model, and climbs from the truth beside.
-    pub fn fit(
+/// A built-in model made ready for one image, and how it is fitted.
+pub(super) struct ReadyModel {
+    pub description: ModelDescription,
+    pub model: CompiledModel,
+    pub settings: FitSettings,
+}
+
+impl<'a> FittedView<'a> {
+    /// The image of a view.
+    pub fn of(
+        image: &'static str,
+        config: &'a Config,
+        shapes: &'a LensAndSource,
+        view: &'a View,
+        psf: &'a Psf,
+    ) -> Self {
+        let View { exposure, effective, los_shears, .. } = view;
+        Self { image, config, shapes, exposure, effective, los_shears, psf }
+    }
+
+    /// Makes a built-in model ready.
+    pub fn ready(
         &self,
         name: &str,
         through_haloes: impl FnOnce() -> Result<HaloSight>,
-        monitor: &dyn Monitor,
-    ) -> Result<ViewFit> {
-        let (config, image) = (self.config, self.image);
+    ) -> Result<ReadyModel> {
+        let config = self.config;
         let mut description = ModelDescription::built_in(name)?;
         description.pixel_sampling = Some(config.image.pixel_sampling);
         if config.lens_light.is_some() && description.lens_light.is_empty() {
@@ -114,6 +134,18 @@ impl FittedView<'_> {
             LineOfSightKind::Haloes => CompiledModel::through_haloes(&description, through_haloes()?)?,
             _ => CompiledModel::new(&description)?,
         };
+        Ok(ReadyModel { description, model, settings })
+    }
+
+    /// Fits a built-in model, and climbs from the truth beside.
+    pub fn fit(
+        &self,
+        name: &str,
+        through_haloes: impl FnOnce() -> Result<HaloSight>,
+        monitor: &dyn Monitor,
+    ) -> Result<ViewFit> {
+        let image = self.image;
+        let ReadyModel { description, model, settings } = self.ready(name, through_haloes)?;
         let start = Instant::now();
         let _task = monitor.task(&format!("{image}, {name}"), None);
         let fit = Fit::run(self.observation(), model, settings, &mut NoStore, monitor)?;
@@ -127,8 +159,15 @@ impl FittedView<'_> {
     fn climb_from_truth(&self, fit: &Fit, expected: &[(&'static str, Vec<(String, f64)>)]) -> Option<f64> {
         /// A gain in ln p that rounding and the ends of climbs do not explain.
         const NOTICED: f64 = 0.5;
-        let model = fit.likelihood.model();
-        // The nearest tidal model knows the shears of the image better than the axis ray.
+        let latent = self.truth(fit.likelihood.model(), expected);
+        let top = climb_from(&fit.likelihood, latent).ok()?;
+        let gain = top.log_posterior - fit.maximum.log_posterior;
+        (gain > NOTICED).then_some(gain)
+    }
+
+    /// Latent coordinates of the true lens and source behind the shears of the nearest tidal model, which knows those of the image
+    /// better than the axis ray; medians of the priors for everything else.
+    pub fn truth(&self, model: &CompiledModel, expected: &[(&'static str, Vec<(String, f64)>)]) -> Vec<f64> {
         let shears = expected.iter().find(|(name, _)| *name == "best_tidal").or(expected.first());
         let known: Vec<(String, f64)> = self
             .lens_and_source()
@@ -140,14 +179,12 @@ impl FittedView<'_> {
             known.iter().find(|(name, _)| *name == free.name).map_or(median, |(_, value)| *value)
         };
         let truth: Vec<f64> = model.free.iter().zip(medians).map(value).collect();
-        let latent = model.to_latent(&truth).iter().map(|z| z.clamp(-5.0, 5.0)).collect();
-        let top = climb_from(&fit.likelihood, latent).ok()?;
-        let gain = top.log_posterior - fit.maximum.log_posterior;
-        (gain > NOTICED).then_some(gain)
+        model.to_latent(&truth).iter().map(|z| z.clamp(-5.0, 5.0)).collect()
     }
 
-    fn observation(&self) -> Observation {
-        let (instrument, exposure) = (&self.config.instrument, &self.view.exposure);
+    /// The image as a fit wants it.
+    pub fn observation(&self) -> Observation {
+        let (instrument, exposure) = (&self.config.instrument, self.exposure);
         Observation {
             grid: exposure.grid,
             data_e_s: exposure.noisy_e_s.clone(),
@@ -160,11 +197,11 @@ impl FittedView<'_> {
 
     /// What every definition has for the shears of the fit; for a fit through the haloes themselves the true lens and
     /// source, their centres where the ray that is seen on the axis meets their planes.
-    fn expected(&self, description: &ModelDescription) -> Vec<(&'static str, Vec<(String, f64)>)> {
+    pub fn expected(&self, description: &ModelDescription) -> Vec<(&'static str, Vec<(String, f64)>)> {
         if description.line_of_sight.model == LineOfSightKind::Haloes {
             return vec![("truth", self.lens_and_source())];
         }
-        let by_definition = DEFINITIONS.iter().zip(self.view.los_shears.all(&self.view.effective));
+        let by_definition = DEFINITIONS.iter().zip(self.los_shears.all(self.effective));
         let numbers = |od: Tidal, los: Tidal| {
             [
                 ("gamma1_od", od.gamma.re),

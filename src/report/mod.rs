@@ -12,6 +12,8 @@ mod run_figures;
 mod run_folder;
 mod staged;
 mod study_figures;
+mod validity_figures;
+mod validity_table;
 
 pub use catalogue_report::{CatalogueReport, NamedFigure, contour_figure};
 pub use curve_figure::curve_figure;
@@ -24,3 +26,5 @@ pub use run_figures::{draw_figures, map_figures};
 pub use run_folder::{RUN_FILE, image_file, write_run};
 pub use staged::{markdown_table, result_text, stage_figure, stage_json, stage_text};
 pub use study_figures::{cut_figure, tidal_residual_figure, which_shear_figure};
+pub use validity_figures::validity_figures;
+pub use validity_table::{validity_result, validity_table};

@@ -18,3 +18,4 @@ mod runs;
 mod stopped;
 mod tables;
 mod through_haloes;
+mod validity;

@@ -76,6 +76,11 @@ fn studies_and_mocks_keep_what_has_ended_and_end_with_the_same_bytes() {
     for (command, signal, code) in [
         ("mock -n 300 -o", "-TERM", 143),
         ("study tidal small.toml -n 12 -o", "-INT", 130),
+        (
+            "study validity small.toml --set instrument.pixel_scale_arcsec=0.3 -n 8 --views all --starts truth --estimate laplace -o",
+            "-INT",
+            130,
+        ),
         ("study calibration -n 2 -o", "-TERM", 143),
     ] {
         let (arguments, state) = (format!("{command} out"), folder.path(".out.haloray-study"));

@@ -34,6 +34,7 @@ mod summary;
 mod terminal;
 mod through_haloes;
 mod trace;
+mod validity;
 mod which_shear;
 
 use std::io::Write;

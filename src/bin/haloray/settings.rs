@@ -71,11 +71,21 @@ impl Settings {
 
     /// The resolved configuration.
     pub fn resolve(&self) -> Result<Config> {
+        self.resolved(&self.set)
+    }
+
+    /// The same with one more key laid over it.
+    pub fn resolve_with(&self, assignment: &str) -> Result<Config> {
+        let own = self.set.iter().cloned();
+        self.resolved(&own.chain([assignment.to_owned()]).collect::<Vec<_>>())
+    }
+
+    fn resolved(&self, assignments: &[String]) -> Result<Config> {
         let preset = match self.preset {
             Preset::Paper => config::Preset::Paper,
             Preset::Consistent => config::Preset::Consistent,
         };
-        let mut config = config::load_with(preset, self.config.as_deref(), &self.set)?;
+        let mut config = config::load_with(preset, self.config.as_deref(), assignments)?;
         config.seed = self.seed.unwrap_or(config.seed);
         if let Some(draw) = self.draw {
             config.haloes.draw = match draw {

@@ -23,6 +23,12 @@ impl Maximum {
         self.latent.len() == dimension && self.metric.shape() == (dimension, dimension)
     }
 
+    /// ln ∫ L(z) N(z; 0, 1) dz by Laplace's approximation: ln p − ½ ln det(metric); none where the metric is indefinite.
+    pub fn log_evidence(&self) -> Option<f64> {
+        let factor = self.metric.clone().cholesky()?;
+        Some(self.log_posterior - factor.l().diagonal().iter().map(|d| d.ln()).sum::<f64>())
+    }
+
     /// Whether each lies far outside the normal posterior about the other.
     pub(in crate::inference) fn is_apart_from(&self, other: &Self) -> bool {
         /// Standard deviations.

@@ -15,6 +15,7 @@ mod mosaic;
 mod recovery;
 mod tidal_residuals;
 mod trace_plot;
+mod validity;
 mod which_shear;
 
 pub use calibration::{RankHistogram, calibration};
@@ -32,6 +33,10 @@ pub use mosaic::{MosaicImage, mosaic};
 pub(crate) use recovery::{RecoveredPoint, RecoveryData, recovery, recovery_histograms, recovery_quality};
 pub(crate) use tidal_residuals::{ModelResiduals, tidal_residuals};
 pub(crate) use trace_plot::{TraceParameter, trace_plot};
+pub(crate) use validity::{
+    CoverageView, ExcessView, FailingCurve, FittedPoints, coverage, delay_ratios, excess, failing,
+    fitted_shears, varying_haloes,
+};
 pub(crate) use which_shear::deviations;
 
 #[cfg(test)]
@@ -90,6 +95,17 @@ mod tests {
             recovery_quality(&RecoveryData { model: "b".into(), points: vec![] }, &[([NAN; 2], "paper")]),
             tidal_residuals(&[residuals(), residuals()], 0.0),
             trace_plot(&[trace]),
+            fitted_shears(&[FittedPoints {
+                definition: "axis".into(),
+                view: "all".into(),
+                good: vec![[NAN; 4], [0.0; 4]],
+                misfits: vec![],
+            }]),
+            coverage(&[CoverageView { view: "all".into(), sets: vec![("axis".into(), values.into())] }]),
+            excess(&[ExcessView { view: "all".into(), by: [vec![[NAN; 2]], vec![], vec![[1.0, -5.0]]] }]),
+            failing(&[FailingCurve { name: "p".into(), points: vec![(None, [NAN; 2])] }]),
+            delay_ratios(&[("all".into(), [values.into(), vec![], vec![NAN]])]),
+            varying_haloes([vec![[NAN; 2]], vec![]]),
         ]
     }
 

@@ -13,7 +13,7 @@ const LARGEST_SVG_BYTES: usize = 500_000;
 const LARGEST_SUM_BYTES: usize = 2_000_000;
 
 /// Name, title and caption of the figures of all commands, in the order of a page.
-const CAPTIONS: [(&str, &str, &str); 26] = [
+const CAPTIONS: [(&str, &str, &str); 32] = [
     (
         "images",
         "Images",
@@ -91,6 +91,37 @@ const CAPTIONS: [(&str, &str, &str); 26] = [
         "which_shear",
         "Which γ_LOS is measured",
         "How many fits lie within how many σ of γ_LOS by each definition.",
+    ),
+    (
+        "fitted",
+        "Fitted γ_LOS against its definitions",
+        "Both components of every sightline with their errors; on the dashed line a fit finds what the definition says. Orange: fits \
+         whose χ² speaks against the model.",
+    ),
+    (
+        "coverage",
+        "Fits within their errors of each definition",
+        "On the dashed curve errors are right. Tidal twins: images behind the tensors of the axis alone, what the fitter itself does.",
+    ),
+    (
+        "excess",
+        "Misfit and variation of the shear",
+        "χ² above that of the tidal twin, whose noise is the same; what lies below 0.1 is drawn there.",
+    ),
+    (
+        "failing",
+        "Sightlines that are not tidal",
+        "Shares of the sightlines when haloes up to which Δ_h are seen, with binomial errors.",
+    ),
+    (
+        "h0",
+        "H0 from delays",
+        "Lens known and tensors of the axis or of the ring on the line of sight, and lens and line of sight of the best fit.",
+    ),
+    (
+        "varying_haloes",
+        "The halo whose shear changes most",
+        "Mass and redshift of the halo of the largest Δ_h|γ_h|, by whether χ² exceeds that of the tidal twin.",
     ),
     (
         "calibration",

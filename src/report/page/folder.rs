@@ -19,7 +19,7 @@ use crate::io::{Table, files_of_run, read_text};
 const NOT_SHOWN: [&str; 2] = ["catalogue.csv", "curves.csv"];
 
 /// What the files of a folder are.
-const FILES: [(&str, &str); 25] = [
+const FILES: [(&str, &str); 27] = [
     ("run.h5", "everything: haloes, maps, images, diagnostics"),
     ("maps.h5", "the maps"),
     ("sightlines.h5", "one row a sightline; xarray.open_dataset(…, group=\"sightlines\") opens it"),
@@ -39,6 +39,8 @@ const FILES: [(&str, &str); 25] = [
     ("cut.csv", "one row a cut"),
     ("haloes.csv", "one row a choice"),
     ("which_shear.csv", "one row a sightline"),
+    ("validity.csv", "one row a fit: sightline, case, haloes seen, image, model, start"),
+    ("validity.h5", "the same in HDF5"),
     ("ranks.csv", "one row a fit"),
     ("catalogue.csv", "every drawn parameter, one row a system"),
     ("catalogue.h5", "the same in HDF5"),

@@ -151,7 +151,9 @@ fn of_list(name: &str, value: &Value) -> Option<PageTable> {
     };
     let mut columns: Vec<&String> = first.keys().collect();
     columns.sort_by_key(rank);
-    columns.retain(|name| !rows.iter().all(|row| row.get(*name).is_none_or(Value::is_array)));
+    columns.retain(|name| {
+        !rows.iter().all(|row| row.get(*name).is_none_or(|value| value.is_array() || value.is_object()))
+    });
     let of_row = |row: &&Map<String, Value>| {
         let of_column = |column: &&String| match (column.as_str(), row.get(*column)) {
             ("name", Some(Value::String(name))) => name_cell(name),
