@@ -35,7 +35,7 @@ notebooks: python
 lenstronomy-tests: python
     .venv/bin/python data/oracle/lenstronomy_tests.py target/lenstronomy
 
-# wheel and source distribution into target/wheel, checked in an environment of its own
+# source distribution and self-contained wheel (HDF5 inside) into target/wheel, checked in an environment of its own
 wheel:
     bash python/check_wheel.sh target/wheel
 
