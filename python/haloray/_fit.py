@@ -298,6 +298,7 @@ def fit(
     z_lens: float | None = None,
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
+    resume: str | os.PathLike[str] | None = None,
     progress: Progress = None,
 ) -> Fit:
     """Fit a lensed image; the start is found from image and priors alone.
@@ -328,13 +329,16 @@ def fit(
         A folder for summary, posterior.nc and figures.
     overwrite : bool
         Whether files there that no earlier fit wrote may be replaced.
+    resume : path, optional
+        A file for the state of the fit while it is not done. A fit that was stopped, by Ctrl-C or otherwise, goes on from it when
+        called again with the same arguments, and ends with the same bits; then the file is removed.
     progress : bool or callable, optional
         See :func:`populate`.
 
     Raises
     ------
     InputError
-        An image, a model or priors that cannot be.
+        An image, a model or priors that cannot be; ``resume`` names a file that is something else, or of another fit.
     KeyboardInterrupt
         Soon after Ctrl-C.
     """
@@ -349,6 +353,7 @@ def fit(
         pixel_sampling=pixel_sampling,
         output=None if output is None else os.fspath(output),
         overwrite=bool(overwrite),
+        resume=None if resume is None else os.fspath(resume),
     )
     form, text = _description(model)
     if haloes is not None and not isinstance(haloes, LineOfSight):

@@ -55,6 +55,40 @@ def test_a_fit(tmp_path):
     assert np.array_equal(repeated.posterior["lens.theta_E"], fit.posterior["lens.theta_E"])
 
 
+class Stop(Exception):
+    """What a user's own progress function raises, as Ctrl-C raises KeyboardInterrupt."""
+
+
+def test_a_fit_that_was_stopped_goes_on(tmp_path):
+    def stopped(after):
+        def tell(task, done, units, message):
+            nonlocal after
+            after -= 1
+            if after < 0:
+                raise Stop
+
+        return tell
+
+    state, arguments = tmp_path / "state", {"seed": 3, "min_ess": 40_000.0, "sampler": "nuts"}
+    whole = hr.fit(observation(), MODEL, **arguments)
+    for after in (0, 1, 2):
+        with pytest.raises(Stop):
+            hr.fit(observation(), MODEL, **arguments, resume=state, progress=stopped(after))
+    kept = state.read_bytes()
+    with pytest.raises(hr.InputError, match="of another fit"):
+        hr.fit(observation(), MODEL, seed=4, resume=state)
+    assert state.read_bytes() == kept
+    fit = hr.fit(observation(), MODEL, **arguments, resume=state)
+    assert not state.exists()
+    for name, draws in whole.posterior.items():
+        assert np.array_equal(fit.posterior[name], draws)
+    own = tmp_path / "notes.txt"
+    own.write_text("forty-two numbers of my own that nobody else may write over")
+    with pytest.raises(hr.InputError, match="of another format"):
+        hr.fit(observation(), MODEL, resume=own)
+    assert own.read_text().startswith("forty-two")
+
+
 def test_models_are_told():
     names = dict(hr.models())
     assert "tidal-minimal" in names and "[[lens]]" in hr.model_text("tidal-minimal")
