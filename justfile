@@ -39,6 +39,12 @@ lenstronomy-tests: python
 wheel:
     bash python/check_wheel.sh target/wheel
 
+# conda-forge's recipe rendered for its platforms (a build needs its channel: `rattler-build build --recipe python/conda/recipe.yaml`)
+conda:
+    python3 -m venv target/conda_venv
+    target/conda_venv/bin/pip install --quiet py-rattler-build==0.73.0
+    target/conda_venv/bin/python python/conda/check.py
+
 # the slow tests, which `just test` leaves out; writes docs/NIGHTLY.md
 nightly:
     bash .ci/nightly
