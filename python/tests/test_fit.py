@@ -1,6 +1,7 @@
 """A small fit: the truth is found, the same seed gives the same draws, and results pickle."""
 
 import pickle
+import sys
 
 import numpy as np
 import pytest
@@ -99,8 +100,22 @@ def test_models_are_told():
 
 
 def test_draws_go_to_arviz():
-    arviz = pytest.importorskip("arviz")
+    arviz = pytest.importorskip("arviz", "0.20")
+    if not arviz.__version__.startswith("0."):
+        pytest.skip("ArviZ 1.x is another test")
     draws = np.random.default_rng(1).normal(size=(4, 500))
     found = hr.Posterior({"lens.theta_E": draws}, {"lens.theta_E": "arcsec"}).to_arviz()
     assert np.array_equal(found.posterior["lens.theta_E"].values, draws)
     assert float(arviz.summary(found)["r_hat"].iloc[0]) < 1.02
+
+
+def test_draws_go_to_what_arviz_1_reads(monkeypatch):
+    stats, xarray = pytest.importorskip("arviz_stats"), pytest.importorskip("xarray")
+    if not hasattr(stats, "summary"):
+        pytest.skip("needs arviz-stats[xarray]")
+    monkeypatch.setitem(sys.modules, "arviz", None)
+    draws = np.random.default_rng(1).normal(size=(4, 500))
+    found = hr.Posterior({"lens.theta_E": draws}, {"lens.theta_E": "arcsec"}).to_arviz()
+    assert isinstance(found, xarray.DataTree)
+    assert np.array_equal(found["posterior"]["lens.theta_E"].values, draws)
+    assert float(stats.summary(found, round_to="none").loc["lens.theta_E", "r_hat"]) < 1.02
