@@ -35,9 +35,15 @@ notebooks: python
 lenstronomy-tests: python
     .venv/bin/python data/oracle/lenstronomy_tests.py target/lenstronomy
 
-# wheel and source distribution into target/wheel, checked in an environment of its own
+# source distribution and self-contained wheel (HDF5 inside) into target/wheel, checked in an environment of its own
 wheel:
     bash python/check_wheel.sh target/wheel
+
+# conda-forge's recipe rendered for its platforms (a build needs its channel: `rattler-build build --recipe python/conda/recipe.yaml`)
+conda:
+    python3 -m venv target/conda_venv
+    target/conda_venv/bin/pip install --quiet py-rattler-build==0.73.0
+    target/conda_venv/bin/python python/conda/check.py
 
 # the slow tests, which `just test` leaves out; writes docs/NIGHTLY.md
 nightly:

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from ._errors import InputError
+from ._haloes import Haloes
 from ._lens_model import LensModel
 from ._units import Array, Points, number, whole
 
-if TYPE_CHECKING:
-    from ._sight import LineOfSight
-
 #: Of a main lens: (redshift, name of a profile, its arguments).
 Lens = tuple[float, str, Mapping[str, float]]
+
+
+class Sight(Protocol):
+    """What the tables are made of: a :class:`LineOfSight`."""
+
+    @property
+    def haloes(self) -> Haloes: ...
+    @property
+    def z_source(self) -> float: ...
+    def ray_shooting(self, x_arcsec: Any, y_arcsec: Any, **way: Any) -> tuple[Any, Any]: ...
 
 
 @dataclass(frozen=True)
@@ -40,7 +48,7 @@ class DecoupledMultiPlane:
     kwargs: dict[str, Any]
     error_arcsec: float
     lens: Lens
-    _sight: LineOfSight
+    _sight: Sight
     _comoving: tuple[float, float, float]
 
     def ray_shooting(self, x_arcsec: Any, y_arcsec: Any, lens: Lens | None = None) -> tuple[Any, Any]:
@@ -66,7 +74,7 @@ class DecoupledMultiPlane:
         return np.hypot(found[0] - traced[0], found[1] - traced[1])
 
 
-def decoupled(sight: LineOfSight, lens: Lens, half_width_arcsec: Any, n: Any) -> DecoupledMultiPlane:
+def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> DecoupledMultiPlane:
     """Rays of ``sight`` on a grid, as tables around ``lens``."""
     try:
         from scipy.interpolate import RegularGridInterpolator
@@ -107,7 +115,7 @@ def decoupled(sight: LineOfSight, lens: Lens, half_width_arcsec: Any, n: Any) ->
     return DecoupledMultiPlane(kwargs, worst, found.lens, sight, found._comoving)
 
 
-def _comoving(sight: LineOfSight, z: float) -> float:
+def _comoving(sight: Sight, z: float) -> float:
     """Comoving distance in Mpc, by Gauss–Legendre quadrature of c/H in the flat cosmology of the haloes."""
     hubble, matter = sight.haloes.cosmology
     nodes, weights = np.polynomial.legendre.leggauss(96)

@@ -259,7 +259,7 @@ class Fit:
         return pandas.DataFrame(rows, columns=[field.name for field in fields(Parameter)]).set_index("name")
 
     def to_arviz(self) -> Any:
-        """ArviZ's object: ``InferenceData`` of ArviZ 0.x, ``DataTree`` of 1.x."""
+        """ArviZ's object: ``InferenceData`` of ArviZ 0.x, ``DataTree`` of 1.x (or of ``arviz_base`` alone)."""
         return to_arviz(self.posterior, self.sample_stats)
 
     def plot_corner(self, names: Any = None, **options: Any) -> Any:
@@ -270,14 +270,21 @@ class Fit:
 
 
 def to_arviz(posterior: Mapping[str, Array], sample_stats: Mapping[str, Array]) -> Any:
-    """ArviZ's object of draws by name."""
+    """ArviZ's object of draws by name: that of 0.x, or of ``arviz_base``, which 1.x reads with and which may stand alone."""
+    given = (("posterior", posterior), ("sample_stats", sample_stats))
+    groups: dict[str, Any] = {name: dict(own) for name, own in given if own}
     try:
         import arviz
+
+        if arviz.__version__.startswith("0."):
+            return arviz.from_dict(**groups)
+    except ImportError:
+        pass
+    try:
+        import arviz_base
     except ImportError as error:
         raise ImportError("to_arviz needs ArviZ: pip install arviz") from error
-    groups = {"posterior": dict(posterior), "sample_stats": dict(sample_stats)}
-    from_dict: Any = arviz.from_dict
-    return from_dict(**groups) if int(arviz.__version__.split(".")[0]) < 1 else from_dict(groups)
+    return arviz_base.from_dict(groups)
 
 
 #: An image, the path of a FITS file, an Observation, or an Image of :func:`image`.
@@ -298,6 +305,7 @@ def fit(
     z_lens: float | None = None,
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
+    resume: str | os.PathLike[str] | None = None,
     progress: Progress = None,
 ) -> Fit:
     """Fit a lensed image; the start is found from image and priors alone.
@@ -328,13 +336,16 @@ def fit(
         A folder for summary, posterior.nc and figures.
     overwrite : bool
         Whether files there that no earlier fit wrote may be replaced.
+    resume : path, optional
+        A file for the state of the fit while it is not done. A fit that was stopped, by Ctrl-C or otherwise, goes on from it when
+        called again with the same arguments, and ends with the same bits; then the file is removed.
     progress : bool or callable, optional
         See :func:`populate`.
 
     Raises
     ------
     InputError
-        An image, a model or priors that cannot be.
+        An image, a model or priors that cannot be; ``resume`` names a file that is something else, or of another fit.
     KeyboardInterrupt
         Soon after Ctrl-C.
     """
@@ -349,6 +360,7 @@ def fit(
         pixel_sampling=pixel_sampling,
         output=None if output is None else os.fspath(output),
         overwrite=bool(overwrite),
+        resume=None if resume is None else os.fspath(resume),
     )
     form, text = _description(model)
     if haloes is not None and not isinstance(haloes, LineOfSight):

@@ -83,15 +83,12 @@ class Run:
 
     def maps(self) -> xarray.Dataset:
         """The maps of the run; see :meth:`LineOfSight.maps`."""
-        try:
-            import xarray
-        except ImportError as error:
-            raise ImportError("maps are xarray data sets: pip install xarray") from error
         maps = self.groups["maps"]
         square = {name: (("theta_y", "theta_x"), values) for name, values in maps.items() if values.ndim == 2}
         axis = next((values for name, values in maps.items() if name.startswith("theta") and values.ndim == 1), None)
         coords = {} if axis is None else {"theta_y": axis, "theta_x": axis}
-        return xarray.Dataset(square, coords)
+        found: xarray.Dataset = _xarray().Dataset(square, coords)
+        return found
 
 
 def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
@@ -121,23 +118,21 @@ def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
     raise InputError(f"{name} is no .nc, .h5 or .fits file; tables of haloes are read by Haloes.read")
 
 
+def folder_file(place: str | os.PathLike[str], name: str) -> str:
+    """The file of that name in a folder; a path that is no folder is the file itself."""
+    path = os.fspath(place)
+    return os.path.join(path, name) if os.path.isdir(path) else path
+
+
 def open_run(path: str | os.PathLike[str]) -> xarray.DataTree:
     """Open a ``run.h5`` (or the folder of a run) as an xarray ``DataTree`` with its groups, units and attributes.
 
     Columns of haloes have the dimension ``halo``, maps ``theta_y``, ``theta_x``, images ``y``, ``x`` with coordinates in
-    arcsec; other columns a dimension named after their group.
-
-    Raises
-    ------
-    InputError
-        A file of another kind, or a damaged one.
-    MissingFileError
-        No such file.
+    arcsec; other columns a dimension named after their group. Errors are those of :func:`read`.
     """
-    name = os.fspath(path)
-    run = read(os.path.join(name, "run.h5") if os.path.isdir(name) else name)
+    run = read(folder_file(path, "run.h5"))
     if not isinstance(run, Run):
-        raise InputError(f"{name} is no run of haloray")
+        raise InputError(f"{path} is no run of haloray")
     groups: dict[str, Any] = {}
     _gather(run, "", run.groups, groups)
     groups.setdefault("/", _xarray().Dataset()).attrs["configuration"] = run.config.toml
@@ -179,11 +174,12 @@ def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xa
 
     Raises
     ------
+    InputError
+        A file without that group.
     MissingFileError
         No such file.
     """
-    name = os.fspath(path)
-    name = os.path.join(name, "sightlines.h5") if os.path.isdir(name) else name
+    name = folder_file(path, "sightlines.h5")
     if not os.path.exists(name):
         raise MissingFileError(f"cannot read {name}: no such file")
     try:
@@ -196,17 +192,11 @@ def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xa
 def open_posterior(path: str | os.PathLike[str]) -> xarray.Dataset:
     """Open a ``posterior.nc`` (or the folder of a fit) as an xarray ``Dataset`` with dimensions ``chain`` and ``draw``.
 
-    Raises
-    ------
-    InputError
-        A file of another kind, or a damaged one.
-    MissingFileError
-        No such file.
+    Errors are those of :func:`read`.
     """
-    name = os.fspath(path)
-    found = read(os.path.join(name, "posterior.nc") if os.path.isdir(name) else name)
+    found = read(folder_file(path, "posterior.nc"))
     if not isinstance(found, Posterior):
-        raise InputError(f"{name} is no posterior of haloray")
+        raise InputError(f"{path} is no posterior of haloray")
     return found.to_xarray()
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ._decoupled import DecoupledMultiPlane, decoupled
 from ._errors import InputError
 from ._haloes import Haloes, HaloesLike, as_haloes
 from ._haloray import Sight
@@ -16,8 +17,6 @@ from ._units import Array, Points, number, optional, refuse, whole
 
 if TYPE_CHECKING:
     import xarray
-
-    from ._decoupled import DecoupledMultiPlane
 
 
 @dataclass(frozen=True)
@@ -366,8 +365,6 @@ class LineOfSight:
         InputError
             Arguments outside their domain.
         """
-        from ._decoupled import decoupled
-
         return decoupled(self, lens, half_width_arcsec, n)
 
     def to_interpol(

@@ -9,7 +9,7 @@ use haloray::inference::model::{BUILT_IN, CompiledModel, LikelihoodKind, ModelDe
 use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
-use haloray::inference::{DrawStatistics, Fit, FitSettings, NoStore};
+use haloray::inference::{DrawStatistics, Fit, FitSettings};
 use haloray::io::{Provenance, read_observation};
 use haloray::mapping::HaloSight;
 use haloray::mapping::tidal::LineOfSightKind;
@@ -24,6 +24,7 @@ use crate::config::toml_of_json;
 use crate::errors::{OrRaise, input};
 use crate::run::staged;
 use crate::sight::Sight;
+use crate::store::{StateFile, fingerprint};
 use crate::watch::run;
 
 /// An image to fit, with its noise and PSF.
@@ -120,6 +121,7 @@ pub struct Options {
     pixel_sampling: Option<String>,
     output: Option<PathBuf>,
     overwrite: bool,
+    resume: Option<PathBuf>,
 }
 
 /// Names of the built-in models, and what each is for.
@@ -211,10 +213,17 @@ pub fn fit<'py>(
     let sampling = description.sampling(sampling);
     description.pixel_sampling = Some(sampling);
     let settings = settings(py, &options, description.likelihood, sampling)?;
+    let mut image = String::new();
+    let mut identify = |haloes| {
+        if options.resume.is_some() {
+            image = fingerprint(&observation.observation, haloes);
+        }
+    };
     let through = match (description.line_of_sight.model, haloes) {
         (LineOfSightKind::Haloes, Some((sight, z_lens))) => {
             let missing = || input(py, "z_lens", "missing", "given, or ZLENS in the image");
             let z_lens = z_lens.or(observation.z_lens).ok_or_else(missing)?;
+            identify(Some((&sight.get().sight, z_lens)));
             Some(HaloSight::new(sight.get().sight.clone(), z_lens).or_raise(py)?)
         }
         (LineOfSightKind::Haloes, None) => {
@@ -224,9 +233,13 @@ pub fn fit<'py>(
             let allowed = "left out unless the model's line_of_sight.model is \"haloes\"";
             return Err(input(py, "haloes", "given", allowed));
         }
-        (_, None) => None,
+        (_, None) => {
+            identify(None);
+            None
+        }
     };
     let toml = toml::to_string_pretty(&description).unwrap_or_else(|error| format!("# {error}\n"));
+    let same = format!("{settings:?}\n{toml}\n{image}");
     let observed = observation.observation.clone();
     let (fit, json, complaints) = run(py, progress.as_ref(), |monitor| {
         let in_model = |error: Error| error.in_model(&description.name);
@@ -237,12 +250,12 @@ pub fn fit<'py>(
         let names = ["summary.json", "timings.json", "model.toml", "posterior.nc"];
         let staging =
             options.output.as_ref().map(|path| staged(path, &names, options.overwrite)).transpose()?;
-        let start = std::time::Instant::now();
+        let mut state = StateFile::at(options.resume.clone(), same, monitor);
         let task = monitor.task(&description.name, None);
-        let fit = Fit::run(observed, model.map_err(in_model)?, settings, &mut NoStore, monitor)
-            .map_err(in_model)?;
+        let fit =
+            Fit::run(observed, model.map_err(in_model)?, settings, &mut state, monitor).map_err(in_model)?;
         drop(task);
-        let summary = FitSummary::of(&fit, &description.name, start.elapsed().as_secs_f64());
+        let summary = FitSummary::of(&fit, &description.name, state.seconds());
         let json = serde_json::to_string(&summary);
         let json = json.map_err(|e| Error::out_of_range("summary", e, "representable as JSON"))?;
         let mut complaints = Vec::new();
@@ -257,6 +270,7 @@ pub fn fit<'py>(
             complaints = staging.complaints();
             staging.commit()?;
         }
+        state.remove();
         Ok((fit, json, complaints))
     })?;
     let all = PyDict::new(py);

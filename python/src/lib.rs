@@ -15,6 +15,7 @@ mod mock;
 mod read;
 mod run;
 mod sight;
+mod store;
 mod threads;
 mod watch;
 

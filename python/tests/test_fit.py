@@ -1,6 +1,7 @@
 """A small fit: the truth is found, the same seed gives the same draws, and results pickle."""
 
 import pickle
+import sys
 
 import numpy as np
 import pytest
@@ -55,6 +56,40 @@ def test_a_fit(tmp_path):
     assert np.array_equal(repeated.posterior["lens.theta_E"], fit.posterior["lens.theta_E"])
 
 
+class Stop(Exception):
+    """What a user's own progress function raises, as Ctrl-C raises KeyboardInterrupt."""
+
+
+def test_a_fit_that_was_stopped_goes_on(tmp_path):
+    def stopped(after):
+        def tell(task, done, units, message):
+            nonlocal after
+            after -= 1
+            if after < 0:
+                raise Stop
+
+        return tell
+
+    state, arguments = tmp_path / "state", {"seed": 3, "min_ess": 40_000.0, "sampler": "nuts"}
+    whole = hr.fit(observation(), MODEL, **arguments)
+    for after in (0, 1, 2):
+        with pytest.raises(Stop):
+            hr.fit(observation(), MODEL, **arguments, resume=state, progress=stopped(after))
+    kept = state.read_bytes()
+    with pytest.raises(hr.InputError, match="of another fit"):
+        hr.fit(observation(), MODEL, seed=4, resume=state)
+    assert state.read_bytes() == kept
+    fit = hr.fit(observation(), MODEL, **arguments, resume=state)
+    assert not state.exists()
+    for name, draws in whole.posterior.items():
+        assert np.array_equal(fit.posterior[name], draws)
+    own = tmp_path / "notes.txt"
+    own.write_text("forty-two numbers of my own that nobody else may write over")
+    with pytest.raises(hr.InputError, match="of another format"):
+        hr.fit(observation(), MODEL, resume=own)
+    assert own.read_text().startswith("forty-two")
+
+
 def test_models_are_told():
     names = dict(hr.models())
     assert "tidal-minimal" in names and "[[lens]]" in hr.model_text("tidal-minimal")
@@ -65,8 +100,22 @@ def test_models_are_told():
 
 
 def test_draws_go_to_arviz():
-    arviz = pytest.importorskip("arviz")
+    arviz = pytest.importorskip("arviz", "0.20")
+    if not arviz.__version__.startswith("0."):
+        pytest.skip("ArviZ 1.x is another test")
     draws = np.random.default_rng(1).normal(size=(4, 500))
     found = hr.Posterior({"lens.theta_E": draws}, {"lens.theta_E": "arcsec"}).to_arviz()
     assert np.array_equal(found.posterior["lens.theta_E"].values, draws)
     assert float(arviz.summary(found)["r_hat"].iloc[0]) < 1.02
+
+
+def test_draws_go_to_what_arviz_1_reads(monkeypatch):
+    stats, xarray = pytest.importorskip("arviz_stats"), pytest.importorskip("xarray")
+    if not hasattr(stats, "summary"):
+        pytest.skip("needs arviz-stats[xarray]")
+    monkeypatch.setitem(sys.modules, "arviz", None)
+    draws = np.random.default_rng(1).normal(size=(4, 500))
+    found = hr.Posterior({"lens.theta_E": draws}, {"lens.theta_E": "arcsec"}).to_arviz()
+    assert isinstance(found, xarray.DataTree)
+    assert np.array_equal(found["posterior"]["lens.theta_E"].values, draws)
+    assert float(stats.summary(found, round_to="none").loc["lens.theta_E", "r_hat"]) < 1.02

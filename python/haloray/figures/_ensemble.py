@@ -11,7 +11,6 @@ from .._ensemble import Ensemble
 from .._read import open_ensemble
 from .._units import Array
 from . import _corner
-from ._saved import folder_file
 from ._style import CYCLE, finite, outline, panels, quantile, single, styled, text
 
 if TYPE_CHECKING:
@@ -121,7 +120,7 @@ AXIS_AND_RING = (("axis", ""), ("ring", "_ring"))
 def _columns(ensemble: Any) -> Any:
     """A function from the name of a column to its values; none of one that is missing."""
     if isinstance(ensemble, (str, os.PathLike)):
-        ensemble = open_ensemble(folder_file(ensemble, "sightlines.h5"))
+        ensemble = open_ensemble(ensemble)
     own = (
         ensemble.columns
         if isinstance(ensemble, Ensemble)

@@ -11,10 +11,10 @@ import numpy as np
 from .._errors import InputError
 from .._fit import Fit
 from .._haloray import read_groups
-from .._read import Posterior, read
+from .._read import Posterior, folder_file, read
 from .._units import Array
 from . import _corner
-from ._saved import folder_file, half_of, json_of
+from ._saved import half_of, json_of
 from ._style import BLACK, CYCLE, FLUX, GREY, RED, bar, caption, image_norm, panels, raster, single, styled, text
 
 if TYPE_CHECKING:

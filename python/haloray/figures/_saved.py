@@ -10,18 +10,12 @@ from typing import Any, Union
 import numpy as np
 
 from .._errors import InputError
-from .._read import Run, read
+from .._read import Run, folder_file, read
 from .._run import Simulation
 from .._units import Array
 
 #: A run: its folder, its file, or :func:`haloray.read` of it.
 RunLike = Union[Run, str, "os.PathLike[str]"]
-
-
-def folder_file(place: Any, name: str) -> str:
-    """The file of that name in a folder; a path that is no folder is the file itself."""
-    path = os.fspath(place)
-    return os.path.join(path, name) if os.path.isdir(path) else path
 
 
 def run_of(run: Any) -> Run:
@@ -74,4 +68,4 @@ def half_of(n: int, scale: float) -> float:
     return 0.5 * n * scale
 
 
-__all__ = ["Array", "RunLike", "columns_of", "folder_file", "group_of", "half_of", "json_of", "run_of"]
+__all__ = ["Array", "RunLike", "columns_of", "group_of", "half_of", "json_of", "run_of"]

@@ -205,13 +205,15 @@ def _place_ticks(found: Any, norm: Any) -> None:
     from matplotlib.colors import AsinhNorm, LogNorm
     from matplotlib.ticker import FixedLocator, NullFormatter
 
-    decades = 10.0 ** np.arange(np.floor(np.log10(max(abs(norm.vmax), 1e-300))) - 12, 20)
+    least, most = float(norm.vmin), float(norm.vmax)
+    decades: Array = 10.0 ** np.arange(np.floor(np.log10(max(abs(most), 1e-300))) - 12, 20)
     if isinstance(norm, AsinhNorm):
-        shown = decades[(decades > 4.0 * norm.linear_width) & (decades <= norm.vmax)]
-        between = np.concatenate([own * np.arange(2, 10) for own in decades])
-        found.set_ticks([0.0, *shown])
-        found.ax.xaxis.set_minor_locator(FixedLocator(between[(between > norm.linear_width) & (between < norm.vmax)]))
-    elif isinstance(norm, LogNorm) and np.any((decades > norm.vmin) & (decades < norm.vmax)):
+        softening = float(norm.linear_width)
+        shown = decades[(decades > 4.0 * softening) & (decades <= most)]
+        between = np.outer(decades, np.arange(2, 10)).reshape(-1)
+        found.set_ticks([0.0, *shown.tolist()])
+        found.ax.xaxis.set_minor_locator(FixedLocator(between[(between > softening) & (between < most)].tolist()))
+    elif isinstance(norm, LogNorm) and np.any((decades > least) & (decades < most)):
         found.ax.xaxis.set_minor_formatter(NullFormatter())
 
 
