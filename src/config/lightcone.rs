@@ -178,7 +178,7 @@ mod tests {
         let fault = |config: LightconeConfig| config.validate().unwrap_err().to_string();
         let own = || LightconeConfig::of(vec!["a.h5".into()]);
         let reversed = LightconeConfig { behind_mass_msun: Some([1e14, 1e13]), ..own() };
-        assert!(fault(reversed).starts_with("haloes.lightcone.behind_mass_msun is 1e13"));
+        assert!(fault(reversed).starts_with("haloes.lightcone.behind_mass_msun is 10000000000000"));
         let flat = LightconeConfig { footprint_deg: Some([0.0, 10.0, 5.0, 5.0]), ..own() };
         let text = fault(flat);
         assert!(text.starts_with("haloes.lightcone.footprint_deg is 0, 10, 5, 5, but must be"), "{text}");

@@ -26,16 +26,16 @@ impl Footprint {
     pub fn new([ra_from, ra_to, dec_from, dec_to]: [f64; 4]) -> Result<Self> {
         let turn = Domain::from_to(-360.0, 360.0);
         for ra in [ra_from, ra_to] {
-            turn.check("right ascension of the footprint", ra)?;
+            turn.check("right ascension", ra)?;
         }
         if ra_from == ra_to {
             let allowed = "unlike where it begins; 0,360 is the whole turn";
-            return Err(Error::out_of_range("where the right ascension ends", shortest(ra_to), allowed));
+            return Err(Error::out_of_range("end of right ascension", shortest(ra_to), allowed));
         }
-        Domain::from_to(-90.0, 90.0).check("declination of the footprint", dec_from)?;
+        Domain::from_to(-90.0, 90.0).check("lower declination", dec_from)?;
         let above = format!("above {} and at most 90", shortest(dec_from));
         Domain::above_to(dec_from, 90.0).check_in_words(
-            "upper declination of the footprint",
+            "upper declination",
             dec_to,
             &above,
         )?;
