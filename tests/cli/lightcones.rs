@@ -233,6 +233,11 @@ fn bad_rows_are_left_out_and_counted_where_that_is_asked_for() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && said.contains("2 rows were left out"), "{said}");
     assert_eq!(numbers(&haloes(&folder, "out", 0), "lightcone_row"), [0.0, 3.0]);
+    let before = folder.files();
+    folder.haloray("extract cone.csv -n 3 --skip-bad-rows --quiet -o out");
+    assert_eq!(index(&folder, "out").row_count(), 3);
+    folder.haloray("extract cone.csv -n 1 --skip-bad-rows --quiet -o out");
+    assert!(folder.files() == before, "the next run replaces the files of the one before, and those alone");
 }
 
 #[test]

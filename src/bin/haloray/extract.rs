@@ -192,14 +192,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         return Err(Error::argument("LIGHTCONE", folder.display(), allowed));
     }
     let provenance = provenance(&config, 0)?;
-    let staging = begin(&args.output, &[CONE_INDEX_FILE, "haloes", "config.toml"], bars)?;
+    let staging = begin(&args.output, &[CONE_INDEX_FILE, "config.toml"], bars)?;
     let numbers: Vec<u64> = (args.first..args.first + args.number).collect();
     let extraction = extract_cone(&config, &cone, &numbers, config.line_of_sight.z_source, bars)?;
-    bars.stage("halo tables", || {
-        write_cone(&extraction.sightlines, &staging, &provenance)?;
-        stage_text(&staging, "config.toml", &provenance.config_toml)
-    })?;
-    let files = commit(staging)?;
+    write_cone(&extraction.sightlines, &staging, &provenance, bars)?;
+    stage_text(&staging, "config.toml", &provenance.config_toml)?;
+    let files = bars.stage("files onto the disk", || commit(staging))?;
     tell(&extraction, bars);
     print_files(&files, bars);
     Ok(())

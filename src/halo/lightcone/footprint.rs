@@ -34,11 +34,7 @@ impl Footprint {
         }
         Domain::from_to(-90.0, 90.0).check("lower declination", dec_from)?;
         let above = format!("above {} and at most 90", shortest(dec_from));
-        Domain::above_to(dec_from, 90.0).check_in_words(
-            "upper declination",
-            dec_to,
-            &above,
-        )?;
+        Domain::above_to(dec_from, 90.0).check_in_words("upper declination", dec_to, &above)?;
         Ok(Self { ra_deg: [ra_from, ra_to], dec_deg: [dec_from, dec_to] })
     }
 

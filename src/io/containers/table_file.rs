@@ -43,6 +43,20 @@ impl Table {
         }
     }
 
+    /// Writes the table as a new HDF5 file into a staging folder, which gives many such files their names at once.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub(in crate::io) fn write_staged_hdf5(
+        &self,
+        path: &Path,
+        group: &str,
+        provenance: &Provenance,
+    ) -> Result<()> {
+        self.check_finite(path)?;
+        table_hdf5::write(self, path, group, provenance)
+    }
+
     /// Checks that a table could be written to `path`: known extension, writable place.
     pub fn check_target(path: &Path) -> Result<()> {
         Format::to_write(path)?;

@@ -7,6 +7,7 @@ use crate::error::{Error, FileFault, Result};
 use crate::halo::lightcone::{ConeHaloes, ConeSightline};
 use crate::io::containers::{Column, Provenance, Staging, Table};
 use crate::io::documents::HALOES_GROUP;
+use crate::monitor::Monitor;
 
 /// The index of a folder of sightlines.
 pub const CONE_INDEX_FILE: &str = "sightlines.csv";
@@ -22,12 +23,20 @@ fn file_of(number: u64) -> PathBuf {
 /// Stages the index and the halo tables, each with `provenance`.
 ///
 /// # Errors
-/// [`Error::Write`].
-pub fn write_cone(sightlines: &[ConeSightline], staging: &Staging, provenance: &Provenance) -> Result<()> {
+/// [`Error::Write`]; when cancelled.
+pub fn write_cone(
+    sightlines: &[ConeSightline],
+    staging: &Staging,
+    provenance: &Provenance,
+    monitor: &dyn Monitor,
+) -> Result<()> {
+    let task = monitor.task("halo tables", Some(sightlines.len() as u64));
     for sightline in sightlines {
+        task.check()?;
         staging.write(file_of(sightline.number), |path| {
-            haloes_table(&sightline.haloes)?.write(path, HALOES_GROUP, provenance)
+            haloes_table(&sightline.haloes)?.write_staged_hdf5(path, HALOES_GROUP, provenance)
         })?;
+        task.advance(1);
     }
     staging.write(CONE_INDEX_FILE, |path| index_table(sightlines)?.write(path, INDEX_GROUP, provenance))
 }
