@@ -39,7 +39,7 @@ pub(super) enum TableInHdf5 {
     /// One dataset a column.
     Columns(Vec<Dataset>),
     /// Records, and what lies beside them.
-    Records(Dataset, Vec<Dataset>),
+    Records(Box<Dataset>, Vec<Dataset>),
 }
 
 /// The table of that name in a file, or what [`read`] takes for it.
@@ -47,7 +47,7 @@ pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<T
     let root = file.root_group().map_err(|error| reading::damaged(path, &error))?;
     let (groups, datasets) = reading::members(path, &root)?;
     let found = match choose(path, wanted, &groups, &datasets)? {
-        Place::Records(records) => TableInHdf5::Records(records.clone(), datasets),
+        Place::Records(records) => TableInHdf5::Records(Box::new(records.clone()), datasets),
         Place::Root => TableInHdf5::Columns(datasets),
         Place::Group(group) => {
             let (groups, members) = reading::members(path, group)?;
@@ -59,7 +59,7 @@ pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<T
                     return Err(Error::file(FileFault::Content, path, problem));
                 }
                 // PyTables keeps a table so.
-                [only] if is_records(only) => TableInHdf5::Records(only.clone(), members),
+                [only] if is_records(only) => TableInHdf5::Records(Box::new(only.clone()), members),
                 _ => TableInHdf5::Columns(members),
             }
         }

@@ -14,7 +14,7 @@ use crate::error::{Error, FileFault, Result};
 /// Where the rows are.
 pub(super) enum Hdf5Rows {
     Columns(Vec<Dataset>),
-    Records(Dataset, Vec<CompoundField>),
+    Records(Box<Dataset>, Vec<CompoundField>),
 }
 
 impl Hdf5Rows {
@@ -70,7 +70,7 @@ impl Hdf5Rows {
     /// At most `left` rows from `first` on, whole chunks of the file where it has such.
     pub(super) fn rows(&self, path: &Path, first: u64, left: u64, wanted: &[usize]) -> Result<Vec<Vec<f64>>> {
         let datasets: Vec<&Dataset> = match self {
-            Self::Records(dataset, _) => vec![dataset],
+            Self::Records(dataset, _) => vec![dataset.as_ref()],
             Self::Columns(datasets) => wanted.iter().map(|&i| &datasets[i]).collect(),
         };
         let chunk = |dataset: &&Dataset| dataset.chunks()?.first().map(|length| u64::from(*length));
