@@ -64,12 +64,12 @@ fn by_brute_force(columns: &[Column], [ra0, dec0]: [f64; 2]) -> Vec<(f64, f64, f
     let values: Vec<Vec<f64>> =
         columns.iter().map(|c| numbers(&Table::new(vec![c.clone()]).unwrap(), &c.name)).collect();
     let mut found = Vec::new();
-    for row in 0..values[0].len() {
-        let [ra, dec, a0, d0] = [values[0][row], values[1][row], ra0, dec0].map(f64::to_radians);
+    let places = values[0].iter().zip(&values[1]).zip(&values[2]);
+    for (row, ((&ra_deg, &dec_deg), &z)) in places.enumerate() {
+        let [ra, dec, a0, d0] = [ra_deg, dec_deg, ra0, dec0].map(f64::to_radians);
         let haversine =
             ((dec - d0) / 2.0).sin().powi(2) + d0.cos() * dec.cos() * ((ra - a0) / 2.0).sin().powi(2);
         let separation = 2.0 * haversine.sqrt().asin();
-        let z = values[2][row];
         if z < 1.5 && background.comoving_distance_mpc(z) * separation <= RADIUS_CMPC {
             let (east, north) =
                 (dec.cos() * (ra - a0).sin(), d0.cos() * dec.sin() - d0.sin() * dec.cos() * (ra - a0).cos());
