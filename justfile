@@ -230,3 +230,8 @@ slurm:
     $(command -v sudo) apt-get install -y slurm-wlm munge
     cargo build --release
     $(command -v sudo) bash tests/slurm/check.sh target/release/haloray
+
+# sightlines from a fake light cone of N haloes (24 bytes of disk each) against brute force; seconds and memory into docs/howto/lightcone.md
+lightcone N="100000000": oracle-setup
+    cargo build --release
+    .venv/bin/python data/oracle/lightcone.py --binary target/release/haloray --haloes {{N}} --summary docs/howto/lightcone.md

@@ -54,6 +54,10 @@ impl EnsemblePlan {
                 "left out: an ensemble draws its haloes",
             ));
         }
+        if config.haloes.lightcone.is_some() {
+            let allowed = "left out: `haloray ensemble` reads light cones";
+            return Err(input(py, "haloes.lightcone", "given", allowed));
+        }
         let level: Level = level.parse().or_raise(py)?;
         let description = ModelDescription::built_in(model).or_raise(py)?;
         if level == Level::Fits && description.line_of_sight.model == LineOfSightKind::Haloes {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::lightcone::LightconeConfig;
 use crate::cosmology::{Background, MASS_MAX_MSUN, StructureParameters};
 use crate::error::{Domain, Error, Result, shortest};
 use crate::halo::concentration::ConcentrationModel;
@@ -24,7 +25,15 @@ pub struct HaloConfig {
     /// A halo table of your own (CSV, HDF5, FITS) to use instead of a draw.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub catalogue: Option<PathBuf>,
-    /// Apply the point-lens shear cut to an imported catalogue given by mass (a draw always applies it).
+    /// A light cone of an N-body simulation to take every sightline's haloes from, instead of a draw.
+    #[serde(
+        default,
+        deserialize_with = "LightconeConfig::path_or_table",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schemars(schema_with = "LightconeConfig::path_or_table_schema")]
+    pub lightcone: Option<LightconeConfig>,
+    /// Apply the point-lens shear cut to an imported catalogue or light cone given by mass (a draw always applies it).
     #[serde(default)]
     pub cut_imported: bool,
     /// How haloes are drawn.
@@ -97,6 +106,11 @@ impl HaloConfig {
         }
     }
 
+    /// Whether haloes are the user's own and not drawn.
+    pub fn is_imported(&self) -> bool {
+        self.catalogue.is_some() || self.lightcone.is_some()
+    }
+
     /// Where haloes end, if they do.
     ///
     /// # Errors
@@ -158,6 +172,13 @@ impl HaloConfig {
         if let Some(kappa) = self.max_kappa {
             let allowed = "positive, or left out to keep all haloes";
             Domain::POSITIVE.check_in_words("haloes.max_kappa", kappa, allowed)?;
+        }
+        if let Some(lightcone) = &self.lightcone {
+            lightcone.validate()?;
+            if self.catalogue.is_some() {
+                let allowed = "left out beside haloes.lightcone";
+                return Err(Error::out_of_range("haloes.catalogue", "given", allowed));
+            }
         }
         self.truncation()?;
         self.validate_relations(structure, z_max)

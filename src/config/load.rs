@@ -77,11 +77,15 @@ pub fn load_with(preset: Preset, user: Option<&Path>, assignments: &[String]) ->
             ("haloes.catalogue", &mut config.haloes.catalogue),
             ("instrument.psf_file", &mut config.instrument.psf_file),
         ];
+        let lightcone = config.haloes.lightcone.iter_mut().flat_map(|cone| &mut cone.files);
         let is_assigned = |key: &str| assignments.iter().any(|one| one.trim_start().starts_with(key));
         for (key, file) in files {
             if let Some(file) = file.as_mut().filter(|_| !is_assigned(key)) {
                 *file = folder.join(&*file);
             }
+        }
+        if !is_assigned("haloes.lightcone") {
+            lightcone.for_each(|file| *file = folder.join(&*file));
         }
     }
     Ok(config)

@@ -1,10 +1,12 @@
 //! The configuration: one TOML schema, two embedded presets, errors with line and column.
 
 mod haloes;
+mod lightcone;
 mod load;
 mod schema;
 
 pub use haloes::{Draw, HALO_MASS_DEFINITION, HaloConfig, HaloProfile};
+pub use lightcone::LightconeConfig;
 pub use load::{Preset, load, load_with, resolve};
 pub use schema::{
     Config, DiagnosticsConfig, HaloEffects, ImageConfig, LensConfig, LightConfig, LineOfSightConfig,

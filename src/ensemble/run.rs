@@ -8,8 +8,9 @@ use super::sightline::sightline_row;
 use super::store::{Outcome, SightlineStore};
 use crate::error::{Error, Result};
 use crate::imaging::Psf;
+use crate::io::read_cone;
 use crate::monitor::{Monitor, Uncounted};
-use crate::pipeline::{Sightlines, one_core_each};
+use crate::pipeline::{ImportedSightlines, Sightlines, one_core_each};
 
 /// Computes the sightlines of `numbers` that `store` does not have. One that fails is kept with its reason and stops no other.
 ///
@@ -25,6 +26,7 @@ pub fn run(
     let task = monitor.task("sightlines", Some(numbers.end - numbers.start));
     let missing: Vec<u64> = numbers.clone().filter(|&number| !store.has(number)).collect();
     task.advance(numbers.end - numbers.start - missing.len() as u64);
+    let imported = imported_sightlines(plan, &missing, monitor)?;
     for lens in 0..plan.lenses.len().max(1) {
         let of_lens: Vec<u64> =
             missing.iter().copied().filter(|&number| plan.lens_of(number) == lens).collect();
@@ -32,7 +34,10 @@ pub fn run(
             continue;
         }
         task.check()?;
-        let sightlines = Sightlines::of(&plan.config_of(lens)?)?;
+        let mut sightlines = Sightlines::of(&plan.config_of(lens)?)?;
+        if let Some(imported) = &imported {
+            sightlines = sightlines.with_imported(imported.clone());
+        }
         sightlines.prepare(plan.level.has_images())?;
         one_core_each(of_lens.len() as u64, |i| {
             task.check()?;
@@ -43,6 +48,28 @@ pub fn run(
         })?;
     }
     Ok(())
+}
+
+/// The haloes of those sightlines, read once, where the configuration takes them from a light cone.
+fn imported_sightlines(
+    plan: &Plan,
+    numbers: &[u64],
+    monitor: &dyn Monitor,
+) -> Result<Option<ImportedSightlines>> {
+    let Some(cone) = plan.config.haloes.lightcone.as_ref().filter(|_| !numbers.is_empty()) else {
+        return Ok(None);
+    };
+    if cone.behind_mass_msun.is_some() && !plan.lenses.is_empty() {
+        let allowed =
+            "left out beside a table of lenses: which haloes are near the lens depends on its redshift";
+        return Err(Error::out_of_range("haloes.lightcone.behind_mass_msun", "given", allowed));
+    }
+    let own = plan.config.line_of_sight.z_source;
+    let z_source = match plan.lenses.is_empty() {
+        true => own,
+        false => plan.lenses.iter().map(|lens| lens.z_source).fold(0.0, f64::max),
+    };
+    read_cone(&plan.config, cone, numbers, z_source, monitor).map(Some)
 }
 
 fn outcome(

@@ -30,6 +30,9 @@ impl Error {
             Self::Table { kind: TableKind::Haloes, .. } => {
                 "a halo table has z,theta_x_arcsec,theta_y_arcsec and r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c"
             }
+            Self::Table { kind: TableKind::Lightcone, .. } => {
+                "a light cone has right ascension, declination, redshift and mass; `haloray extract --help` says how to name columns, units and definitions"
+            }
             Self::Table { kind: TableKind::Points, .. } => "a points table has theta_x_arcsec,theta_y_arcsec",
             Self::Table { kind: TableKind::Truth, .. } => {
                 "a truth.csv has image,gamma1_los,gamma2_los and, if known, quality"

@@ -15,6 +15,8 @@ pub type Result<T> = std::result::Result<T, Error>;
 pub enum TableKind {
     /// Haloes.
     Haloes,
+    /// Haloes on the sky.
+    Lightcone,
     /// Points on the sky.
     Points,
     /// The truths of a catalogue of mocks.

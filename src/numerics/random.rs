@@ -25,6 +25,12 @@ pub enum Stage {
     MockSystem = 8,
     /// Rays that compare adaptive with exact tracing.
     AccuracyCheck = 9,
+    /// Where the random sightlines of a light cone point; realisation = sightline.
+    LightconeDirection = 10,
+    /// Scatter of concentrations that a light cone lacks; realisation = row.
+    LightconeConcentration = 11,
+    /// Which haloes sightlines of a light cone are centred on; realisation = row.
+    LightconeLens = 12,
     /// Guesses that a fit starts from.
     Start = 15,
     /// Moves of a sampler; realisation = chain, ensemble or run, block = block of draws.

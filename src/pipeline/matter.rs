@@ -39,9 +39,9 @@ impl MatterBudget {
     /// As [`expectation`].
     pub fn of(config: &Config, linear: &LinearTheory, population: &Population, sheets: f64) -> Result<Self> {
         let [kappa_of_mean_density, kappa_of_population_m200c] = smooth_convergences(population);
-        let kappa_of_traced_haloes = match config.haloes.catalogue {
-            None => Some(end(&mean_convergence(config, linear, population, Selection::All)?)),
-            Some(_) => None,
+        let kappa_of_traced_haloes = match config.haloes.is_imported() {
+            false => Some(end(&mean_convergence(config, linear, population, Selection::All)?)),
+            true => None,
         };
         Ok(Self {
             kappa_of_mean_density,
@@ -90,7 +90,7 @@ fn expectation_in(
         };
         relation.concentration(linear, mass, z)
     };
-    let is_cut = settings.catalogue.is_none() || settings.cut_imported;
+    let is_cut = !settings.is_imported() || settings.cut_imported;
     let shapes = HaloShapes {
         concentration: &concentration,
         scatter_dex: settings.concentration_scatter_dex,

@@ -24,6 +24,9 @@ use crate::numerics::spline::UniformSpline;
 /// More haloes than this would not fit into the memory of most machines (about 100 bytes each).
 const EXPECTED_NUMBER_MAX: f64 = 1e8;
 
+/// Haloes of the user's own for every sightline: those of a number, in front of a source at a redshift.
+pub type ImportedSightlines = Arc<dyn Fn(u64, f64) -> Result<HaloCatalogue> + Send + Sync>;
+
 /// Linear theory, mass function, concentrations and distances of one configuration, for any number of its sightlines.
 ///
 /// Sightline k, the realisation k of the configured seed, is the same whichever are drawn beside it.
@@ -36,6 +39,8 @@ pub struct Sightlines {
     expected_number: f64,
     /// Expected convergence of the haloes that are traced, by selection, where sheets need it.
     mean_convergence: [OnceLock<UniformSpline>; 2],
+    /// Where haloes come from that are not drawn.
+    imported: Option<ImportedSightlines>,
 }
 
 /// Median concentrations: tabulated where they depend on the mass alone.
@@ -96,7 +101,13 @@ impl Sightlines {
             concentrations,
             expected_number,
             mean_convergence: Default::default(),
+            imported: None,
         })
+    }
+
+    /// The same sightlines with haloes of the user's own, cut and truncated as configured, where others are drawn.
+    pub fn with_imported(self, imported: ImportedSightlines) -> Self {
+        Self { imported: Some(imported), ..self }
     }
 
     /// The configuration.
@@ -132,6 +143,9 @@ impl Sightlines {
     /// The expected number of haloes, if they fit into memory.
     fn expected(&self) -> Result<f64> {
         let expected = self.expected_number;
+        if self.imported.is_some() {
+            return Ok(expected);
+        }
         if expected > EXPECTED_NUMBER_MAX {
             let allowed = format!(
                 "at most {EXPECTED_NUMBER_MAX:e}; raise haloes.min_point_shear or mass_min_msun, or lower radius_cmpc"
@@ -141,11 +155,19 @@ impl Sightlines {
         Ok(expected)
     }
 
-    /// Draws the haloes of sightline `number`.
+    /// Draws the haloes of sightline `number`, or takes those that are imported.
     ///
     /// # Errors
-    /// More haloes than memory holds; when cancelled.
+    /// More haloes than memory holds; imported ones that cannot be had, or are asked for and were not read; when cancelled.
     pub fn draw(&self, number: u64, monitor: &dyn Monitor) -> Result<Haloes> {
+        match &self.imported {
+            Some(imported) => return self.take(imported(number, self.config.line_of_sight.z_source)?),
+            None if self.config.haloes.lightcone.is_some() => {
+                let allowed = "left out here: its haloes are read by simulate, populate, map, image, ensemble and extract";
+                return Err(Error::out_of_range("haloes.lightcone", "given", allowed));
+            }
+            None => {}
+        }
         let expected = self.expected()?;
         let population = &self.population;
         let (name, units) = match self.config.haloes.draw {

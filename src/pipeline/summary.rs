@@ -72,7 +72,7 @@ impl Quantities {
 impl Summary {
     /// Reads the numbers off a run.
     pub fn of(run: &Simulation) -> Self {
-        let drawn = run.config.haloes.catalogue.is_none();
+        let drawn = !run.config.haloes.is_imported();
         let kappa = &run.single_haloes.decisive(&run.config).kappa;
         let warning = run.config.diagnostics.kappa_warning;
         Self {

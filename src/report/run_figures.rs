@@ -27,7 +27,7 @@ pub fn draw_figures(
 ) -> Result<()> {
     let (file, config) = open(run_file)?;
     // Haloes of the user's own do not come from the relation of the configuration.
-    if config.haloes.catalogue.is_none() {
+    if !config.haloes.is_imported() {
         save("mass_function", &|| mass_function_figure(&file))?;
     }
     save("cylinder", &|| cylinder_figure(&file, &config))?;

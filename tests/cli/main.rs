@@ -13,6 +13,7 @@ mod image_inputs;
 mod images;
 mod interrupted;
 mod lens;
+mod lightcones;
 mod pages;
 mod runs;
 mod stopped;

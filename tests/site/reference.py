@@ -93,6 +93,10 @@ def configuration(binary):
     for key, table in tables.items():
         page += [f"## [{key}]", sentence(schema["properties"][key].get("description", table.get("description", "")))]
         page += ["\n".join(rows(table["properties"], key))]
+        for inner, node in table["properties"].items():
+            if named(node).get("properties"):
+                page += [f"### [{key}.{inner}]", sentence(named(node).get("description", ""))]
+                page += ["\n".join(rows(named(node)["properties"], key, inner))]
     return "\n\n".join(page)
 
 

@@ -14,7 +14,7 @@ use haloray::{Error, Result};
 use crate::bars::Bars;
 use crate::output::{begin, commit, print_files};
 use crate::saved::hidden_beside;
-use crate::settings::{Settings, Tracing, check_draws, provenance, psf};
+use crate::settings::{Settings, Tracing, check_many, provenance, psf};
 use crate::slurm;
 use crate::terminal::{print, warn};
 
@@ -69,7 +69,7 @@ pub struct Args {
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let mut config = args.settings.resolve()?;
     args.tracing.apply(&mut config);
-    check_draws(&config, "an ensemble")?;
+    check_many(&config, "an ensemble")?;
     let description = ModelDescription::built_in(&args.model)?;
     if args.level == Level::Fits && description.line_of_sight.model == LineOfSightKind::Haloes {
         return Err(Error::argument("--model", &args.model, "one with gamma1_los and gamma2_los"));

@@ -39,7 +39,7 @@ const FILES: [&str; 4] = ["image.fits", "image_noise_free.fits", "image.svg", "i
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.sight.resolve()?;
     let psf = psf(&config)?;
-    let imported = imported_haloes(&config)?;
+    let imported = imported_haloes(&config, args.sight.sightline(), bars)?;
     let provenance = provenance(&config, args.sight.sightline())?;
     let inputs =
         [config.haloes.catalogue.as_deref(), config.instrument.psf_file.as_deref(), args.sight.file()];

@@ -8,6 +8,7 @@ mod completions;
 mod cut;
 mod distances;
 mod ensemble;
+mod extract;
 mod fit;
 mod halo_choices;
 mod image;
@@ -106,6 +107,7 @@ enum Command {
     Ensemble(Box<ensemble::Args>),
     Merge(merge::Args),
     Status(status::Args),
+    Extract(Box<extract::Args>),
     Populate(populate::Args),
     Trace(trace::Args),
     Map(map::Args),
@@ -160,6 +162,7 @@ fn run(cli: &mut Cli, bars: &Bars) -> Result<ExitCode> {
         Command::Ensemble(args) => ensemble::run(args, bars),
         Command::Merge(args) => merge::run(args, bars),
         Command::Status(args) => status::run(args),
+        Command::Extract(args) => extract::run(args, bars),
         Command::Populate(args) => populate::run(args, bars),
         Command::Trace(args) => trace::run(args, bars),
         Command::Map(args) => map::run(args, bars),

@@ -40,7 +40,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     config.maps.points = args.grid_points.unwrap_or(config.maps.points);
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
     config.validate().map_err(|error| error.named("maps.half_width_arcsec", "--half-width-arcsec"))?;
-    let imported = imported_haloes(&config)?;
+    let imported = imported_haloes(&config, args.sight.sightline(), bars)?;
     let provenance = provenance(&config, args.sight.sightline())?;
     let output = Output::begin(
         &args.output,

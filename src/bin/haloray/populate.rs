@@ -31,9 +31,9 @@ pub struct Args {
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
-    let imported = imported_haloes(&config)?;
     Table::check_target(&args.output)?;
     check_not_an_input(&args.output, &[config.haloes.catalogue.as_deref(), args.settings.file()])?;
+    let imported = imported_haloes(&config, args.sightline.number, bars)?;
     let haloes = pipeline::populate(&config, imported, args.sightline.number, bars)?;
     bars.stage("write table", || {
         write_haloes(&haloes.catalogue, &args.output, &provenance(&config, args.sightline.number)?)

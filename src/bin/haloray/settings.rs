@@ -11,8 +11,9 @@ use haloray::cosmology::Background;
 use haloray::error::{Domain, FileFault, TableKind};
 use haloray::halo::HaloCatalogue;
 use haloray::imaging::Psf;
-use haloray::io::{Provenance, PsfKernel, read_haloes};
+use haloray::io::{Provenance, PsfKernel, read_cone, read_haloes};
 use haloray::mapping::multiplane::Accuracy;
+use haloray::monitor::Monitor;
 
 /// Which configuration to use.
 #[derive(clap::Args)]
@@ -20,6 +21,16 @@ pub struct Settings {
     /// TOML file with the keys to change; `haloray schema` explains them, data/presets/ has two complete ones.
     #[arg(value_name = "CONFIG.toml")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    layers: Layers,
+    /// How haloes are drawn, instead of the configuration's.
+    #[arg(long, value_enum)]
+    draw: Option<DrawArg>,
+}
+
+/// What lies below and above a configuration file.
+#[derive(clap::Args)]
+pub struct Layers {
     /// What the file's keys are laid over.
     #[arg(long, value_enum, default_value_t = Preset::Paper)]
     preset: Preset,
@@ -30,9 +41,19 @@ pub struct Settings {
     /// A key of the configuration, laid over the file; may be given again for other keys.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// How haloes are drawn, instead of the configuration's.
-    #[arg(long, value_enum)]
-    draw: Option<DrawArg>,
+}
+
+impl Layers {
+    /// The configuration of a file between them, with more assignments on top.
+    pub fn resolve(&self, file: Option<&Path>, more: &[String]) -> Result<Config> {
+        let preset = match self.preset {
+            Preset::Paper => config::Preset::Paper,
+            Preset::Consistent => config::Preset::Consistent,
+        };
+        let mut config = config::load_with(preset, file, &[&self.set, more].concat())?;
+        config.seed = self.seed.unwrap_or(config.seed);
+        Ok(config)
+    }
 }
 
 fn seed(text: &str) -> std::result::Result<u64, String> {
@@ -71,22 +92,12 @@ impl Settings {
 
     /// The resolved configuration.
     pub fn resolve(&self) -> Result<Config> {
-        self.resolved(&self.set)
+        self.resolve_with(&[])
     }
 
-    /// The same with one more key laid over it.
-    pub fn resolve_with(&self, assignment: &str) -> Result<Config> {
-        let own = self.set.iter().cloned();
-        self.resolved(&own.chain([assignment.to_owned()]).collect::<Vec<_>>())
-    }
-
-    fn resolved(&self, assignments: &[String]) -> Result<Config> {
-        let preset = match self.preset {
-            Preset::Paper => config::Preset::Paper,
-            Preset::Consistent => config::Preset::Consistent,
-        };
-        let mut config = config::load_with(preset, self.config.as_deref(), assignments)?;
-        config.seed = self.seed.unwrap_or(config.seed);
+    /// The same with more assignments laid over it.
+    pub fn resolve_with(&self, more: &[String]) -> Result<Config> {
+        let mut config = self.layers.resolve(self.config.as_deref(), more)?;
         if let Some(draw) = self.draw {
             config.haloes.draw = match draw {
                 DrawArg::Direct => Draw::Direct,
@@ -98,7 +109,7 @@ impl Settings {
 
     /// What the run is called in its summary.
     pub fn name(&self) -> String {
-        let preset = match self.preset {
+        let preset = match self.layers.preset {
             Preset::Paper => "preset paper",
             Preset::Consistent => "preset consistent",
         };
@@ -212,21 +223,39 @@ pub fn provenance(config: &Config, sightline: u64) -> Result<Provenance> {
     Ok(Provenance::new(Some(config.seed), told + &text))
 }
 
-/// Refuses a halo table of the user's own where many lines of sight are drawn.
-pub fn check_draws(config: &Config, study: &str) -> Result<()> {
+/// Refuses a halo table of the user's own where many lines of sight are wanted.
+pub fn check_many(config: &Config, study: &str) -> Result<()> {
     match &config.haloes.catalogue {
         None => Ok(()),
         Some(path) => {
-            let allowed = format!("left out: {study} draws its haloes");
+            let allowed = format!("left out: {study} has many lines of sight, a halo table is one");
             Err(Error::out_of_range("haloes.catalogue", path.display(), &allowed))
         }
     }
 }
 
-/// The imported catalogue of a configuration, if it names one.
-pub fn imported_haloes(config: &Config) -> Result<Option<HaloCatalogue>> {
+/// Refuses haloes of the user's own where they are drawn.
+pub fn check_draws(config: &Config, study: &str) -> Result<()> {
+    let allowed = format!("left out: {study} draws its haloes");
+    match (&config.haloes.catalogue, &config.haloes.lightcone) {
+        (None, None) => Ok(()),
+        (Some(path), _) => Err(Error::out_of_range("haloes.catalogue", path.display(), &allowed)),
+        (None, Some(_)) => Err(Error::out_of_range("haloes.lightcone", "given", &allowed)),
+    }
+}
+
+/// The imported haloes of a sightline, if the configuration names a table or a light cone.
+pub fn imported_haloes(
+    config: &Config,
+    sightline: u64,
+    monitor: &dyn Monitor,
+) -> Result<Option<HaloCatalogue>> {
+    let z_source = config.line_of_sight.z_source;
+    if let Some(cone) = &config.haloes.lightcone {
+        return read_cone(config, cone, &[sightline], z_source, monitor)?(sightline, z_source).map(Some);
+    }
     let Some(path) = config.haloes.catalogue.as_deref() else { return Ok(None) };
-    let haloes = read_haloes(path, config.line_of_sight.z_source, &config.cosmology)?;
+    let haloes = read_haloes(path, z_source, &config.cosmology)?;
     if config.haloes.cut_imported && haloes.m200c_msun.is_none() {
         let problem = "is missing, but haloes.cut_imported = true needs the masses";
         return Err(Error::table(path, "column m200c_msun", problem).in_table(TableKind::Haloes));

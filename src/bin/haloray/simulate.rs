@@ -61,10 +61,11 @@ pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
     args.tracing.apply(&mut config);
     config.diagnostics.critical_curves |= args.curves;
     let psf = psf(&config)?;
-    let inputs = Inputs { catalogue: imported_haloes(&config)?, psf: psf.clone() };
     let provenance = provenance(&config, args.sightline.number)?;
     let staging =
         begin(&args.output, &["run.h5", "summary.json", "config.toml", "recovered_shears.csv"], bars)?;
+    let inputs =
+        Inputs { catalogue: imported_haloes(&config, args.sightline.number, bars)?, psf: psf.clone() };
     let run = simulate(&config, inputs, args.sightline.number, bars)?;
     bars.stage("files and figures", || write_run(&run, &psf, &staging, &provenance))?;
     let fits = fit_views(&run, &psf, &args.fit, bars)?;

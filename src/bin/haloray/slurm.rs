@@ -80,6 +80,9 @@ impl Args {
         }
         let mut config = plan.config.clone();
         config.instrument.psf_file = config.instrument.psf_file.as_deref().map(absolute).transpose()?;
+        for file in config.haloes.lightcone.iter_mut().flat_map(|cone| &mut cone.files) {
+            *file = absolute(file)?;
+        }
         let asked = format!("# {}, {} shards\n", arguments.join(" "), self.shards);
         let config_toml = asked + &provenance(&config, 0)?.config_toml;
         let before = std::fs::read_to_string(parts.join("config.toml"));

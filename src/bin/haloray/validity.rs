@@ -115,7 +115,7 @@ impl ValidityArgs {
                     return Err(refuse());
                 }
                 let name = format!("{}={value}", key.trim());
-                let mut config = self.settings.resolve_with(&name)?;
+                let mut config = self.settings.resolve_with(std::slice::from_ref(&name))?;
                 // Δ is measured at the scale of the lens where it was before.
                 if base.diagnostics.theta_e_arcsec == base.lens.einstein_radius_arcsec
                     && config.diagnostics.theta_e_arcsec == base.diagnostics.theta_e_arcsec

@@ -10,9 +10,9 @@ use super::provenance::Provenance;
 use crate::error::{Error, FileFault, Result};
 
 /// FITS files consist of blocks of this many bytes.
-const BLOCK_BYTES: usize = 2880;
+pub(super) const BLOCK_BYTES: usize = 2880;
 /// A header consists of cards of this many bytes.
-const CARD_BYTES: usize = 80;
+pub(super) const CARD_BYTES: usize = 80;
 /// Characters of a configuration line on one HISTORY card.
 const HISTORY_WIDTH: usize = 70;
 
@@ -50,16 +50,7 @@ fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), St
     let cards = bytes.chunks_exact(CARD_BYTES);
     let end = cards.take_while(|card| card.trim_ascii_end() != b"END").count() * CARD_BYTES;
     let data_start = (end + CARD_BYTES).next_multiple_of(BLOCK_BYTES);
-    let header = bytes.get(..data_start).ok_or_else(truncated)?;
-    if !header.iter().all(|byte| (b' '..=b'~').contains(byte)) {
-        return Err("the header holds characters other than printable ASCII".into());
-    }
-    let header = Header::read_from(&mut &header[..]).map_err(|error| error.to_string())?;
-    for (name, limit) in [("NAXIS", MAX_COUNT), ("TFIELDS", MAX_COUNT), ("PCOUNT", i64::MAX), ("GCOUNT", 1)] {
-        if let Some(value) = header.get_int(name).filter(|value| !(0..=limit).contains(value)) {
-            return Err(format!("{name} is {value}, but must lie between 0 and {limit}"));
-        }
-    }
+    let header = parsed_header(bytes.get(..data_start).ok_or_else(truncated)?)?;
     let declared = declared_bytes(&header)?;
     let left = bytes.len() - data_start;
     let length = usize::try_from(declared).ok().filter(|length| *length <= left).ok_or_else(|| {
@@ -84,8 +75,22 @@ fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), St
     Ok((Hdu::new(header, data), (data_start + length).next_multiple_of(BLOCK_BYTES)))
 }
 
+/// A header of whole blocks, its sizes checked; what is wrong with it otherwise.
+pub(super) fn parsed_header(header: &[u8]) -> std::result::Result<Header, String> {
+    if !header.iter().all(|byte| (b' '..=b'~').contains(byte)) {
+        return Err("the header holds characters other than printable ASCII".into());
+    }
+    let header = Header::read_from(&mut &header[..]).map_err(|error| error.to_string())?;
+    for (name, limit) in [("NAXIS", MAX_COUNT), ("TFIELDS", MAX_COUNT), ("PCOUNT", i64::MAX), ("GCOUNT", 1)] {
+        if let Some(value) = header.get_int(name).filter(|value| !(0..=limit).contains(value)) {
+            return Err(format!("{name} is {value}, but must lie between 0 and {limit}"));
+        }
+    }
+    Ok(header)
+}
+
 /// Bytes of data that a header declares: those of the standard, multiplied without overflow.
-fn declared_bytes(header: &Header) -> std::result::Result<u128, String> {
+pub(super) fn declared_bytes(header: &Header) -> std::result::Result<u128, String> {
     let natural = |name: &str| match header.get_int(name) {
         Some(value) => {
             u128::try_from(value).map_err(|_| format!("{name} is {value}, but must not be negative"))
@@ -178,7 +183,12 @@ pub(crate) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<
 
 /// True for the extension of that name; FITS does not tell upper from lower case here.
 pub(crate) fn is_called(unit: &Hdu, name: &str) -> bool {
-    unit.header.get_string("EXTNAME").is_some_and(|found| found.eq_ignore_ascii_case(name))
+    is_named(&unit.header, name)
+}
+
+/// Whether a header is that of an extension of this name.
+pub(super) fn is_named(header: &Header, name: &str) -> bool {
+    header.get_string("EXTNAME").is_some_and(|found| found.eq_ignore_ascii_case(name))
 }
 
 #[cfg(test)]

@@ -1,11 +1,13 @@
 //! HDF5 as it is read: in Rust alone, since the C library crashes on damaged files; no more is read than a file can hold.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use hdf5_reader::error::Error as Hdf5Error;
 use hdf5_reader::group::Group;
 use hdf5_reader::{
-    Attribute, ByteOrder, Dataset, Datatype, Hdf5File, OpenOptions, StringPadding, StringSize, VarLenKind,
+    Attribute, ByteOrder, Dataset, Datatype, FileStorage, Hdf5File, OpenOptions, StringPadding, StringSize,
+    VarLenKind,
 };
 
 use super::attribute::AttributeValue;
@@ -22,11 +24,29 @@ pub(crate) fn open(path: &Path) -> Result<Hdf5File> {
     let (length, limit) = (bytes.len() as u64, input_file::largest_content_bytes(bytes.len()));
     let options = OpenOptions::default().with_max_read_bytes(limit).with_max_chunk_bytes(limit);
     let file = Hdf5File::from_vec_with_options(bytes, options).map_err(|error| damaged(path, &error))?;
+    check_whole(path, &file, length)?;
+    Ok(file)
+}
+
+/// Opens a file of which parts are read, however long it is; no part may be larger than `PART_BYTES`.
+pub(super) fn open_in_parts(path: &Path) -> Result<Hdf5File> {
+    const PART_BYTES: usize = 1 << 30;
+    let on_disk = input_file::open(path)?;
+    let length = on_disk.metadata().map_err(Error::read(path))?.len();
+    let options = OpenOptions::default().with_max_read_bytes(PART_BYTES).with_max_chunk_bytes(PART_BYTES);
+    let storage = FileStorage::from_file(on_disk).map_err(|error| damaged(path, &error))?;
+    let file = Hdf5File::from_storage_with_options(Arc::new(storage), options)
+        .map_err(|error| damaged(path, &error))?;
+    check_whole(path, &file, length)?;
+    Ok(file)
+}
+
+fn check_whole(path: &Path, file: &Hdf5File, length: u64) -> Result<()> {
     if file.superblock().eof_address > length {
         let problem = "is truncated: the end of the HDF5 file is missing";
         return Err(Error::file(FileFault::Damaged, path, problem));
     }
-    Ok(file)
+    Ok(())
 }
 
 /// Groups and datasets in a group, in the order of creation where the file keeps it.
@@ -117,7 +137,7 @@ impl<'a> Records<'a> {
 }
 
 /// Bytes of at most eight as an integer without sign.
-fn integer(cell: &[u8], order: ByteOrder) -> u64 {
+pub(super) fn integer(cell: &[u8], order: ByteOrder) -> u64 {
     let append = |value: u64, byte: &u8| value << 8 | u64::from(*byte);
     match order {
         ByteOrder::LittleEndian => cell.iter().rev().fold(0, append),
@@ -126,7 +146,7 @@ fn integer(cell: &[u8], order: ByteOrder) -> u64 {
 }
 
 /// The same with sign.
-fn signed(cell: &[u8], order: ByteOrder) -> i64 {
+pub(super) fn signed(cell: &[u8], order: ByteOrder) -> i64 {
     let unused_bits = 64 - 8 * cell.len() as u32;
     (integer(cell, order) << unused_bits) as i64 >> unused_bits
 }

@@ -15,24 +15,39 @@ const DEFLATE_RATIO: u64 = 1032;
 /// Memory that one input may take where the system does not say what there is.
 const DEFAULT_LIMIT_BYTES: u64 = 4 << 30;
 
+/// An ordinary file, opened to be read in parts.
+///
+/// # Errors
+/// [`Error::Read`] for what is no ordinary file or cannot be opened.
+pub(super) fn open(path: &Path) -> Result<File> {
+    let read_error = Error::read(path);
+    let found = std::fs::metadata(path).map_err(read_error)?;
+    if found.is_dir() {
+        // With the system's own words.
+        return Err(std::fs::read(path).err().map_or_else(|| not_ordinary(path, "a folder"), read_error));
+    }
+    match found.is_file() {
+        true => File::open(path).map_err(read_error),
+        false => Err(not_ordinary(path, "a pipe or a device")),
+    }
+}
+
+fn not_ordinary(path: &Path, what: &str) -> Error {
+    let problem = format!("it is {what}, but must be an ordinary file");
+    Error::read(path)(IoError::new(ErrorKind::InvalidInput, problem))
+}
+
 /// The bytes of an ordinary file, unpacked if they are gzip's.
 ///
 /// # Errors
 /// [`Error::Read`] for what is no ordinary file or cannot be read; [`Error::File`] for more than memory holds.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     let read_error = Error::read(path);
-    let found = std::fs::metadata(path).map_err(read_error)?;
-    if found.is_dir() {
-        // With the system's own words.
-        return std::fs::read(path).map_err(read_error);
-    }
-    if !found.is_file() {
-        let problem = "it is a pipe or a device, but must be an ordinary file";
-        return Err(read_error(IoError::new(ErrorKind::InvalidInput, problem)));
-    }
+    let file = open(path)?;
+    let found = file.metadata().map_err(read_error)?;
     check_memory(path, found.len())?;
     let mut bytes = Vec::with_capacity(found.len() as usize);
-    let mut file = File::open(path).map_err(read_error)?.take(memory_limit_bytes());
+    let mut file = file.take(memory_limit_bytes());
     file.read_to_end(&mut bytes).map_err(read_error)?;
     if !bytes.starts_with(&GZIP) {
         return Ok(bytes);
@@ -71,7 +86,7 @@ fn check_memory(path: &Path, bytes: u64) -> Result<()> {
 }
 
 /// Half of the memory that is free, or that the process is allowed.
-fn memory_limit_bytes() -> u64 {
+pub(in crate::io) fn memory_limit_bytes() -> u64 {
     let field = |file: &str, name: &str, unit: u64| {
         let text = std::fs::read_to_string(file).ok()?;
         let value = text.lines().find_map(|line| line.strip_prefix(name))?;

@@ -93,7 +93,8 @@ fn split(path: &Path, text: &str, separator: u8) -> Result<Fields> {
     Ok((names, fields, line_of_row))
 }
 
-fn check_names(path: &Path, line: u64, names: &[String]) -> Result<()> {
+/// Refuses a header of numbers, and two columns of one name.
+pub(super) fn check_names(path: &Path, line: u64, names: &[String]) -> Result<()> {
     let fault = |problem: String| Err(Error::table(path, format!("line {line}"), problem));
     if names.iter().all(|name| name.parse::<f64>().is_ok()) {
         return fault(

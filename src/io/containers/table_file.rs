@@ -43,6 +43,20 @@ impl Table {
         }
     }
 
+    /// Writes the table as a new HDF5 file into a staging folder, which gives many such files their names at once.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub(in crate::io) fn write_staged_hdf5(
+        &self,
+        path: &Path,
+        group: &str,
+        provenance: &Provenance,
+    ) -> Result<()> {
+        self.check_finite(path)?;
+        table_hdf5::write(self, path, group, provenance)
+    }
+
     /// Checks that a table could be written to `path`: known extension, writable place.
     pub fn check_target(path: &Path) -> Result<()> {
         Format::to_write(path)?;
@@ -51,7 +65,7 @@ impl Table {
 }
 
 /// The formats of a table.
-enum Format {
+pub(super) enum Format {
     Csv,
     Hdf5,
     Fits,
@@ -59,7 +73,7 @@ enum Format {
 
 impl Format {
     /// The format to read: what stands before `.gz` counts.
-    fn of(path: &Path) -> Result<Self> {
+    pub(super) fn of(path: &Path) -> Result<Self> {
         let is_packed = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
         let name = if is_packed { path.with_extension("") } else { path.into() };
         let extension = name.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
@@ -79,7 +93,13 @@ impl Format {
     }
 
     fn unknown(path: &Path) -> Error {
-        let problem = "the extension does not name a table format; allowed: .csv, .h5, .hdf5, .fits, .fit";
+        let is_parquet = path.extension().is_some_and(|own| own.eq_ignore_ascii_case("parquet"));
+        let problem = match is_parquet {
+            true => {
+                "Parquet is not read; write its columns as HDF5 (`pandas.read_parquet`, then `h5py`), one dataset a column"
+            }
+            false => "the extension does not name a table format; allowed: .csv, .h5, .hdf5, .fits, .fit",
+        };
         Error::file(FileFault::UnknownFormat, path, problem)
     }
 }

@@ -48,7 +48,8 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
     Table::from_file(path, columns, Vec::new())
 }
 
-fn decode<'a>(
+/// The values of a column's cells.
+pub(super) fn decode<'a>(
     column: &BinColumn,
     null: Option<i64>,
     cells: impl Iterator<Item = &'a [u8]>,

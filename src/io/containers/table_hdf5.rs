@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use hdf5_reader::group::Group;
-use hdf5_reader::{Dataset, Datatype};
+use hdf5_reader::{Dataset, Datatype, Hdf5File};
 
 use super::astropy_meta;
 use super::attribute::AttributeValue;
@@ -20,12 +20,35 @@ const ASTROPY_META: &str = ".__table_column_meta__";
 /// Reads the group of that name, or the dataset of records; where it is missing, the datasets of the root or the only
 /// group or records.
 pub(super) fn read(path: &Path, wanted: &str) -> Result<Table> {
-    let file = reading::open(path)?;
+    let columns = match find_table(path, &reading::open(path)?, wanted)? {
+        TableInHdf5::Records(records, beside) => read_records(path, &records, &beside)?,
+        TableInHdf5::Columns(datasets) => read_columns(path, &datasets)?,
+    };
+    for column in &columns {
+        let (rows, wanted) = (column.values.len(), columns[0].values.len());
+        if rows != wanted {
+            let problem = format!("has {rows} rows, but column {} has {wanted}", columns[0].name);
+            return Err(Error::table(path, format!("column {}", column.name), problem));
+        }
+    }
+    Table::from_file(path, columns, Vec::new())
+}
+
+/// A table as it lies in a file.
+pub(super) enum TableInHdf5 {
+    /// One dataset a column.
+    Columns(Vec<Dataset>),
+    /// Records, and what lies beside them.
+    Records(Box<Dataset>, Vec<Dataset>),
+}
+
+/// The table of that name in a file, or what [`read`] takes for it.
+pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<TableInHdf5> {
     let root = file.root_group().map_err(|error| reading::damaged(path, &error))?;
     let (groups, datasets) = reading::members(path, &root)?;
-    let columns = match choose(path, wanted, &groups, &datasets)? {
-        Place::Records(records) => read_records(path, records, &datasets)?,
-        Place::Root => read_columns(path, &datasets)?,
+    let found = match choose(path, wanted, &groups, &datasets)? {
+        Place::Records(records) => TableInHdf5::Records(Box::new(records.clone()), datasets),
+        Place::Root => TableInHdf5::Columns(datasets),
         Place::Group(group) => {
             let (groups, members) = reading::members(path, group)?;
             match members.as_slice() {
@@ -36,19 +59,16 @@ pub(super) fn read(path: &Path, wanted: &str) -> Result<Table> {
                     return Err(Error::file(FileFault::Content, path, problem));
                 }
                 // PyTables keeps a table so.
-                [only] if is_records(only) => read_records(path, only, &members)?,
-                members => read_columns(path, members)?,
+                [only] if is_records(only) => TableInHdf5::Records(Box::new(only.clone()), members),
+                _ => TableInHdf5::Columns(members),
             }
         }
     };
-    for column in &columns {
-        let (rows, wanted) = (column.values.len(), columns[0].values.len());
-        if rows != wanted {
-            let problem = format!("has {rows} rows, but column {} has {wanted}", columns[0].name);
-            return Err(Error::table(path, format!("column {}", column.name), problem));
-        }
+    match &found {
+        TableInHdf5::Columns(datasets) => datasets.iter().try_for_each(|d| check_one_dimension(path, d))?,
+        TableInHdf5::Records(records, _) => check_one_dimension(path, records)?,
     }
-    Table::from_file(path, columns, Vec::new())
+    Ok(found)
 }
 
 /// Where in a file the table is.
@@ -95,28 +115,42 @@ fn is_records(dataset: &Dataset) -> bool {
 
 fn read_columns(path: &Path, datasets: &[Dataset]) -> Result<Vec<Column>> {
     let column = |dataset: &Dataset| {
-        let name = dataset.name().to_string();
-        check_one_dimension(path, dataset)?;
-        let unit = match stated_units(path, dataset)?.as_slice() {
-            [] => None,
-            [unit] => Some(unit.clone()),
-            several => {
-                let problem = format!("states several units: {}", several.join(", "));
-                return Err(Error::table(path, format!("column {name}"), problem));
-            }
-        };
+        let (name, unit) = (dataset.name().to_string(), stated_unit(path, dataset)?);
         Ok(Column { unit, values: reading::read_values(path, dataset)?, name })
     };
     datasets.iter().map(column).collect()
 }
 
-/// The fields of records as columns; units from astropy's description beside them or an attribute with one a field.
+/// The one unit that a column states, if it does.
+pub(super) fn stated_unit(path: &Path, dataset: &Dataset) -> Result<Option<String>> {
+    match stated_units(path, dataset)?.as_slice() {
+        [] => Ok(None),
+        [unit] => Ok(Some(unit.clone())),
+        several => {
+            let problem = format!("states several units: {}", several.join(", "));
+            Err(Error::table(path, format!("column {}", dataset.name()), problem))
+        }
+    }
+}
+
+/// The fields of records as columns.
 fn read_records(path: &Path, dataset: &Dataset, beside: &[Dataset]) -> Result<Vec<Column>> {
-    check_one_dimension(path, dataset)?;
+    let fields = reading::read_fields(path, dataset)?;
+    let names: Vec<&str> = fields.iter().map(|(name, _)| name.as_str()).collect();
+    let units = record_units(path, dataset, &names, beside)?;
+    Ok(fields.into_iter().zip(units).map(|((name, values), unit)| Column { name, unit, values }).collect())
+}
+
+/// Units of the fields of records, from astropy's description beside them or an attribute with one a field.
+pub(super) fn record_units(
+    path: &Path,
+    dataset: &Dataset,
+    names: &[&str],
+    beside: &[Dataset],
+) -> Result<Vec<Option<String>>> {
     let mut units: HashMap<String, Option<String>> = HashMap::new();
     let meta = format!("{}{ASTROPY_META}", dataset.name());
     let stated = stated_units(path, dataset)?;
-    let fields = reading::read_fields(path, dataset)?;
     if let Some(meta) = beside.iter().find(|other| other.name() == meta) {
         let Values::Text(lines) = reading::read_values(path, meta)? else {
             return Err(Error::file(FileFault::Damaged, path, format!("{} holds no text", meta.name())));
@@ -126,14 +160,13 @@ fn read_records(path: &Path, dataset: &Dataset, beside: &[Dataset]) -> Result<Ve
         units.extend(described.map_err(|problem| {
             Error::file(FileFault::Damaged, path, format!("{} {problem}", meta.name()))
         })?);
-    } else if stated.len() == fields.len() {
-        units.extend(fields.iter().zip(stated).map(|((name, _), unit)| (name.clone(), Some(unit))));
+    } else if stated.len() == names.len() {
+        units.extend(names.iter().zip(stated).map(|(name, unit)| (name.to_string(), Some(unit))));
     } else if !stated.is_empty() {
-        let problem = format!("states {} units for {} columns", stated.len(), fields.len());
+        let problem = format!("states {} units for {} columns", stated.len(), names.len());
         return Err(Error::table(path, "attribute unit", problem));
     }
-    let column = |(name, values)| Column { unit: units.remove(&name).flatten(), name, values };
-    Ok(fields.into_iter().map(column).collect())
+    Ok(names.iter().map(|name| units.remove(*name).flatten()).collect())
 }
 
 fn check_one_dimension(path: &Path, dataset: &Dataset) -> Result<()> {

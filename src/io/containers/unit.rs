@@ -72,6 +72,23 @@ pub(crate) fn arcsec_in(unit: &str) -> Option<f64> {
     factor("_arcsec", unit).ok()
 }
 
+/// Solar masses in a unit of masses, and whether they are per h (`Msun/h`, `1e10 h^-1 Msun`); what is wrong with it otherwise.
+pub(crate) fn solar_masses_in(stated: &str) -> Result<(f64, bool), String> {
+    /// How people divide by h; the longest come first.
+    const PER_H: [&str; 9] =
+        ["/littleh", "littleh^-1", "littleh-1", "h^{-1}", "h**-1", "h^-1", "h^(-1)", "h-1", "/h"];
+    let plain: String = stated.to_lowercase().chars().filter(|c| !" _$\\".contains(*c)).collect();
+    let without = PER_H.iter().find_map(|per_h| plain.split_once(per_h));
+    let (size, has_h) = match without {
+        Some((before, after)) => (factor("_msun", &format!("{before}{after}")), true),
+        None => (factor("_msun", stated), false),
+    };
+    let refuse = |_| {
+        format!("has the unit '{}', but must be Msun or Msun/h, with a factor where wanted", stated.trim())
+    };
+    size.map(|size| (size, has_h)).map_err(refuse)
+}
+
 /// True for masses in units that depend on the Hubble constant.
 fn names_little_h(plain: &str) -> bool {
     let rest = SOLAR_MASS.iter().find_map(|mass| plain.strip_prefix(mass).or(plain.strip_suffix(mass)));
@@ -120,6 +137,25 @@ mod tests {
         ] {
             let found = factor(column, unit).unwrap();
             assert!((found / expected - 1.0).abs() < 1e-15, "{column} {unit}: {found}");
+        }
+    }
+
+    #[test]
+    fn masses_per_h_are_told_from_masses() {
+        for (unit, expected) in [
+            ("Msun", (1.0, false)),
+            ("1e10 Msun", (1e10, false)),
+            ("Msun/h", (1.0, true)),
+            ("1e10 Msun/h", (1e10, true)),
+            ("10^10 M_sun h^-1", (1e10, true)),
+            ("h-1 Msun", (1.0, true)),
+            ("$h^{-1} M_\\odot$", (1.0, true)),
+            ("solMass / littleh", (1.0, true)),
+        ] {
+            assert_eq!(solar_masses_in(unit), Ok(expected), "{unit}");
+        }
+        for unit in ["kg", "Mpc/h", "h", "", "Msun/h/h"] {
+            assert!(solar_masses_in(unit).unwrap_err().contains("must be Msun or Msun/h"), "{unit}");
         }
     }
 

@@ -9,6 +9,7 @@ mod image_table;
 mod image_wcs;
 mod lens_model;
 mod lens_table;
+mod lightcone;
 mod mock_table;
 mod observation_file;
 mod posterior_file;
@@ -25,6 +26,7 @@ pub use lens_model::{
     LensModelFile, LensModelParts, LensOfFile, LensRedshifts, lens_model_names, read_lens_model,
 };
 pub use lens_table::{LENSES_GROUP, TabledLens, read_lenses};
+pub use lightcone::{CONE_INDEX_FILE, ConeExtraction, extract_cone, read_cone, write_cone};
 pub use mock_table::{CATALOGUE_GROUP, TrueShear, catalogue_table, read_truth_table, truth_table};
 pub use observation_file::read_observation;
 pub use posterior_file::{PosteriorVariable, read_posterior, write_posterior};

@@ -118,7 +118,7 @@ fn write_mass_function(file: &RunFile, run: &Simulation) -> Result<()> {
     file.attribute("mass_function", "name", curve.name.as_str())?;
     file.attribute("mass_function", "z", curve.z)?;
     let Some(masses) = run.haloes.catalogue.m200c_msun.as_ref() else { return Ok(()) };
-    if run.config.haloes.catalogue.is_some() {
+    if run.config.haloes.is_imported() {
         return Ok(());
     }
     let limits = run.config.haloes.limits();
