@@ -34,7 +34,7 @@ pub use provenance::Provenance;
 pub use record_log::RecordLog;
 pub use run_file::RunFile;
 pub use run_file_reader::RunFileReader;
-pub use staging::Staging;
+pub use staging::{FigureFiles, Staging};
 pub(crate) use table::refuse_non_finite;
 pub use table::{Column, Table, Values};
 pub use temporaries::{folders_written_to, remove_temporaries};
