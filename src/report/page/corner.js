@@ -85,11 +85,11 @@ function choosePanels(section, parameters) {
         + rises.map(([v]) => `M${x0} ${near(y(v))}h4`).join("") }));
       const { label, unit } = parameters[column], name = (p) => (p.unit ? `${p.label} [${p.unit}]` : p.label);
       if (r === n - 1) {
-        // Neighbours that would meet are left out.
-        let taken = -Infinity;
+        // Those that would meet a neighbour or stick out of the panel are left out.
+        let taken = x0 - 4;
         for (const [v, number] of marks) {
           const half = 3.4 * number.length;
-          if (x(v) - half < taken) continue;
+          if (x(v) - half < taken || x(v) + half > x0 + side + 4) continue;
           taken = x(v) + half + 4;
           svg.append(draw("text", { x: near(x(v)), y: foot + 14, "text-anchor": "middle" }, number));
         }
