@@ -145,7 +145,10 @@ mod tests {
             |svg: &str| svg.split("viewBox=\"0 0 ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>();
         let ratio = view_box(&screen).unwrap() / view_box(&paper).unwrap();
         assert!((ratio - Style::PAPER.magnification).abs() < 1e-3 && paper.contains("width=\"84mm\""));
-        assert!(0.72 * 7.0 * Style::PAPER.magnification >= 6.0);
+        let sizes =
+            paper.split("font-size=\"").skip(1).filter_map(|rest| rest.split('"').next()?.parse().ok());
+        let smallest = Style::PAPER.magnification * sizes.fold(f64::INFINITY, f64::min);
+        assert!((6.0..10.0).contains(&smallest), "{smallest} pt");
         let picture =
             |svg: &str| svg.split("<image").nth(1).and_then(|rest| rest.split("/>").next()).map(String::from);
         assert_eq!(picture(&screen), picture(&dark));
