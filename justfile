@@ -49,12 +49,12 @@ conda:
 nightly:
     bash .ci/nightly
 
-# the pages of small runs in headless Chromium (Debian's `chromium`): sizes, light and dark, controls, axe; screenshots into target/pages/shots
-pages:
+# the pages of small runs in headless Chromium (Debian's `chromium`): sizes, light and dark, controls, axe; screenshots into target/pages/shots; WHICH=long for kinds that take minutes too
+pages WHICH="":
     cargo build --release
     python3 -m venv target/pages/venv
     target/pages/venv/bin/pip install --quiet playwright==1.65.2 axe-playwright-python==0.1.8
-    target/pages/venv/bin/python tests/pages/check.py target/release/haloray target/pages
+    target/pages/venv/bin/python tests/pages/check.py target/release/haloray target/pages {{WHICH}}
 
 # the site of docs/ into target/site; any warning, dead link or misspelling stops it (offline once its packages are installed)
 site:
@@ -77,9 +77,9 @@ site-reference BINARY="target/release/haloray":
 site-gallery BINARY="target/release/haloray" PYTHON=".venv/bin/python":
     bash tests/site/gallery.sh {{BINARY}} {{PYTHON}}
 
-# the site in headless Chromium (Debian's `chromium`): its search, sizes, light and dark; screenshots into target/site_shots to be looked at
+# the site in headless Chromium (Debian's `chromium`): its search, sizes, light and dark, axe; screenshots into target/site_shots to be looked at
 site-look: site
-    target/site_venv/bin/pip install --quiet playwright==1.65.2
+    target/site_venv/bin/pip install --quiet playwright==1.65.2 axe-playwright-python==0.1.8
     target/site_venv/bin/python tests/site/browse.py target/site target/site_shots
 
 # the property tests with other numbers, and ten times as many

@@ -37,7 +37,9 @@ fn ticks(svg: &mut Svg, place: &Placed) {
             sides.iter().for_each(|side| path.extend(places(span, values).map(|at| side(at, length))));
         }
     }
+    svg.lie_on_picture(panel.is_picture());
     svg.stroked_path(&path, Stroke::solid(panel.tick_colour, TICK_WIDTH_PT));
+    svg.lie_on_picture(false);
 }
 
 /// Page coordinates of the values that lie inside the frame and not on its corners.

@@ -70,7 +70,9 @@ fn paint(svg: &mut Svg, strip: Rect, bar: &ColourBar, [below, above]: [f64; 2]) 
     for (arrow, side, tip, t) in [(below, low_side, low_tip, 0.0), (above, high_side, high_tip, 1.0)] {
         if arrow > 0.0 {
             // Reaches under the strip, so that no seam shows between the two.
+            svg.lie_on_picture(true);
             svg.filled_path(&polygon(&[side[0], tip, side[1], centre]), bar.colours.map.at(t), 1.0);
+            svg.lie_on_picture(false);
         }
     }
     let stops: Vec<Colour> =

@@ -14,7 +14,9 @@ const BAND_OPACITY: f64 = 0.25;
 /// Draws all marks of a panel, cut at its frame; an empty panel says so.
 pub fn draw(svg: &mut Svg, place: &Placed) {
     svg.begin_clip(place.frame);
+    svg.lie_on_picture(place.panel.is_picture());
     place.panel.marks.iter().for_each(|mark| draw_shape(svg, place, &mark.shape));
+    svg.lie_on_picture(false);
     if place.panel.is_empty() {
         let (at, anchor, halo) = (At::Fraction(0.5, 0.5), Anchor::Middle, Some(Colour::WHITE));
         let text = Shape::Text { at, text: "no data".into(), anchor, colour: Colour::GREY, halo };

@@ -43,9 +43,9 @@ struct Margins {
     bottom: f64,
 }
 
-/// Lays out a figure; two rounds, because labels depend on the room and the room on the labels.
-pub fn lay_out(figure: &Figure) -> Layout<'_> {
-    let (columns, width_pt) = (figure.columns as f64, figure.width_mm * PT_PER_MM);
+/// Lays out a figure on a page that is magnified afterwards; two rounds, because labels depend on the room and the room on the labels.
+pub fn lay_out(figure: &Figure, magnification: f64) -> Layout<'_> {
+    let (columns, width_pt) = (figure.columns as f64, figure.width_mm * PT_PER_MM / magnification);
     let mut frame_width = 0.75 * width_pt / columns;
     let mut layout = arrange(figure, frame_width);
     for _ in 0..2 {
@@ -176,7 +176,7 @@ mod tests {
     fn panels_fill_the_width_and_do_not_overlap() {
         for (columns, panels) in [(1, 1), (2, 3), (3, 6)] {
             let figure = figure(columns, panels);
-            let layout = lay_out(&figure);
+            let layout = lay_out(&figure, 1.0);
             let right = layout.placed.iter().map(|p| p.frame.right()).fold(0.0, f64::max);
             assert!(right < layout.width_pt && right > layout.width_pt - 15.0, "{columns}: {right}");
             for (i, a) in layout.placed.iter().enumerate() {
@@ -192,6 +192,6 @@ mod tests {
     #[test]
     fn a_figure_without_panels_has_a_page() {
         let figure = figure(2, 0);
-        assert!(lay_out(&figure).height_pt > 0.0);
+        assert!(lay_out(&figure, 1.0).height_pt > 0.0);
     }
 }

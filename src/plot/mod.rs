@@ -7,8 +7,10 @@
 
 // Text and page: the font, labels in markup, the SVG writer and the PNG renderer.
 mod colour;
+mod figure_style;
 mod font;
 mod markup;
+mod pdf;
 mod png;
 mod style;
 mod svg;
@@ -36,6 +38,7 @@ pub mod figures;
 pub(crate) use colour::{Colour, ColourMap, Stroke};
 pub(crate) use colour_scale::{ColourScale, Stretch};
 pub use figure::Figure;
+pub use figure_style::Style;
 pub use mark::Extent;
 pub(crate) use mark::{At, Mark, Rule, Shape, points};
 pub(crate) use panel::{Axis, Caption, ColourBar, Corner, Panel, TopAxis};

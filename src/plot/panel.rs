@@ -121,6 +121,11 @@ impl Panel {
         Self { is_blank: true, ..Self::new(Axis::linear(""), Axis::linear(""), []) }
     }
 
+    /// Whether its marks lie on a picture.
+    pub fn is_picture(&self) -> bool {
+        self.marks.iter().any(|mark| matches!(mark.shape, Shape::Raster { .. }))
+    }
+
     /// All points of marks that have a place on both axes.
     fn drawn(&self) -> impl Iterator<Item = [f64; 2]> {
         let has_place =
@@ -136,8 +141,7 @@ impl Panel {
     /// Limits of both axes: those asked for, else those that take in all marks with a little room.
     pub fn limits(&self) -> [(f64, f64); 2] {
         const ROOM: f64 = 0.04;
-        let is_tight = self.marks.iter().any(|mark| matches!(mark.shape, Shape::Raster { .. }));
-        let room = if is_tight { 0.0 } else { ROOM };
+        let room = if self.is_picture() { 0.0 } else { ROOM };
         [(0, &self.x), (1, &self.y)].map(|(i, axis)| {
             let found =
                 || Some(axis.scale.padded(axis.scale.range(self.drawn().map(|point| point[i]))?, room));

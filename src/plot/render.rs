@@ -1,18 +1,24 @@
-//! A figure written as SVG and PNG.
+//! A figure written as SVG, PNG and PDF.
 
 use std::path::{Path, PathBuf};
 
 use super::figure::Figure;
+use super::figure_style::Style;
 use super::layout::lay_out;
 use super::svg::Svg;
-use super::{axes, colour_bar, draw_marks, legend, png};
+use super::{axes, colour_bar, draw_marks, legend, pdf, png};
 use crate::{Error, Result};
 
 impl Figure {
     /// The figure as SVG, with text as text; the same figure gives the same bytes.
     pub fn to_svg(&self) -> String {
-        let layout = lay_out(self);
-        let mut svg = Svg::new(layout.width_pt, layout.height_pt, &self.title);
+        self.to_svg_in(Style::SCREEN)
+    }
+
+    /// The same in another style.
+    pub fn to_svg_in(&self, style: Style) -> String {
+        let layout = lay_out(self, style.magnification);
+        let mut svg = Svg::new(layout.width_pt, layout.height_pt, &self.title, style);
         for place in &layout.placed {
             if place.panel.is_blank {
                 legend::draw(&mut svg, place);
@@ -33,35 +39,30 @@ impl Figure {
     /// # Errors
     /// [`Error::Write`] if a file cannot be written or the figure is too large to render.
     pub fn save(&self, stem: &Path) -> Result<Vec<PathBuf>> {
-        self.save_as(stem, [true, true])
+        self.save_as(stem, &["svg", "png"], Style::SCREEN)
     }
 
-    /// The same of `STEM.svg` and `STEM.png` those that are wanted.
+    /// Writes `STEM.svg`, `STEM.png` and `STEM.pdf`, as far as their extensions are named, and returns their paths.
     ///
     /// # Errors
-    /// As [`save`](Self::save).
-    pub fn save_as(&self, stem: &Path, [svg_wanted, png_wanted]: [bool; 2]) -> Result<Vec<PathBuf>> {
-        let svg = self.to_svg();
-        let with_suffix = |suffix: &str| {
-            let mut name = stem.as_os_str().to_owned();
-            name.push(suffix);
-            PathBuf::from(name)
-        };
-        let (svg_path, png_path) = (with_suffix(".svg"), with_suffix(".png"));
+    /// As [`save`](Self::save); [`Error::OutOfRange`] for another extension.
+    pub fn save_as(&self, stem: &Path, extensions: &[&str], style: Style) -> Result<Vec<PathBuf>> {
+        let svg = self.to_svg_in(style);
         let mut written = Vec::new();
-        let mut write = |path: PathBuf, bytes: &[u8]| -> Result<()> {
+        for extension in extensions {
+            let mut name = stem.as_os_str().to_owned();
+            name.push(format!(".{extension}"));
+            let path = PathBuf::from(name);
+            let bytes = match *extension {
+                "svg" => Ok(svg.clone().into_bytes()),
+                "png" => png::render(&svg),
+                "pdf" => pdf::render(&svg),
+                other => return Err(Error::out_of_range("format of a figure", other, "svg, png or pdf")),
+            };
+            let bytes = bytes.map_err(|problem| Error::write(&path, problem))?;
             std::fs::write(&path, bytes).map_err(|error| Error::write(&path, error))?;
             written.push(path);
-            Ok(())
-        };
-        if png_wanted {
-            let png = png::render(&svg).map_err(|problem| Error::write(&png_path, problem))?;
-            write(png_path, &png)?;
         }
-        if svg_wanted {
-            write(svg_path, svg.as_bytes())?;
-        }
-        written.reverse();
         Ok(written)
     }
 }
@@ -131,6 +132,28 @@ mod tests {
         assert_eq!(svg, figure.to_svg());
         assert!(svg.contains("width=\"84mm\"") && svg.contains("<title>all &lt; &amp; marks</title>"));
         assert!(svg.contains("θ<tspan") && svg.contains("a &lt; b &amp; c") && svg.contains("DejaVu Sans"));
+    }
+
+    #[test]
+    fn styles_magnify_letters_swap_colours_of_the_page_and_leave_pictures() {
+        let figure = everything(&[0.2, 0.4, 0.8], Scale::Linear);
+        let [screen, paper, dark] =
+            [Style::SCREEN, Style::PAPER, Style::DARK].map(|style| figure.to_svg_in(style));
+        assert_eq!(screen, figure.to_svg());
+        // As wide, on a page of fewer points, whose letters are larger by as much.
+        let view_box =
+            |svg: &str| svg.split("viewBox=\"0 0 ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>();
+        let ratio = view_box(&screen).unwrap() / view_box(&paper).unwrap();
+        assert!((ratio - Style::PAPER.magnification).abs() < 1e-3 && paper.contains("width=\"84mm\""));
+        let sizes =
+            paper.split("font-size=\"").skip(1).filter_map(|rest| rest.split('"').next()?.parse().ok());
+        let smallest = Style::PAPER.magnification * sizes.fold(f64::INFINITY, f64::min);
+        assert!((6.0..10.0).contains(&smallest), "{smallest} pt");
+        let picture =
+            |svg: &str| svg.split("<image").nth(1).and_then(|rest| rest.split("/>").next()).map(String::from);
+        assert_eq!(picture(&screen), picture(&dark));
+        assert!(dark.contains("fill=\"#14161a\"") && !dark.contains("stroke=\"#0072b2\""));
+        assert_eq!(Style::named("dark"), Style::DARK);
     }
 
     #[test]

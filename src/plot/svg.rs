@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::colour::{Colour, Stroke};
+use super::figure_style::Style;
 use super::font::FAMILY;
 use super::markup::{escape, tspans};
 
@@ -59,19 +60,25 @@ pub struct TextStyle {
 pub struct Svg {
     text: String,
     ids: usize,
+    style: Style,
+    /// Whether colours are those of a picture, which no style changes.
+    on_picture: bool,
 }
 
 impl Svg {
-    pub fn new(width_pt: f64, height_pt: f64, title: &str) -> Self {
+    /// An empty page of that size before the style magnifies it.
+    pub fn new(width_pt: f64, height_pt: f64, title: &str, style: Style) -> Self {
         let (width, height) = (number(width_pt), number(height_pt));
-        let (width_mm, height_mm) = (number(width_pt / PT_PER_MM), number(height_pt / PT_PER_MM));
+        let mm = |length_pt: f64| number(style.magnification * length_pt / PT_PER_MM);
+        let (width_mm, height_mm) = (mm(width_pt), mm(height_pt));
+        let page = style.colour(Colour::WHITE);
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_mm}mm\" height=\"{height_mm}mm\" \
              viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILY}\" xml:space=\"preserve\">\n\
-             <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
+             <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"{page}\"/>\n",
             escape(title)
         );
-        Self { text, ids: 0 }
+        Self { text, ids: 0, style, on_picture: false }
     }
 
     pub fn finish(mut self) -> String {
@@ -83,6 +90,26 @@ impl Svg {
     fn put(&mut self, element: std::fmt::Arguments<'_>) {
         let _ = self.text.write_fmt(element);
         self.text.push('\n');
+    }
+
+    /// What follows lies on a picture, or on the page.
+    pub fn lie_on_picture(&mut self, on_picture: bool) {
+        self.on_picture = on_picture;
+    }
+
+    fn colour(&self, colour: Colour) -> Colour {
+        if self.on_picture { colour } else { self.style.colour(colour) }
+    }
+
+    fn filling(&self, colour: Colour, opacity: f64) -> String {
+        format!("fill=\"{}\" fill-opacity=\"{}\"", self.colour(colour), number(opacity))
+    }
+
+    fn stroking(&self, Stroke { colour, width_pt, is_dashed }: Stroke) -> String {
+        let (colour, width_pt) = (self.colour(colour), self.style.line_width * width_pt);
+        let [width, dash, gap] = [width_pt, 1.5 + 3.0 * width_pt, 1.0 + 1.5 * width_pt].map(number);
+        let dashes = if is_dashed { format!(" stroke-dasharray=\"{dash} {gap}\"") } else { String::new() };
+        format!(" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}")
     }
 
     /// Everything until [`Svg::end_clip`] shows only inside the rectangle.
@@ -101,41 +128,45 @@ impl Svg {
 
     pub fn stroked_path(&mut self, d: &str, stroke: Stroke) {
         if !d.is_empty() {
-            self.put(format_args!("<path d=\"{d}\" fill=\"none\"{}/>", stroking(stroke)));
+            let stroke = self.stroking(stroke);
+            self.put(format_args!("<path d=\"{d}\" fill=\"none\"{stroke}/>"));
         }
     }
 
     pub fn filled_path(&mut self, d: &str, colour: Colour, opacity: f64) {
         if !d.is_empty() {
-            self.put(format_args!("<path d=\"{d}\" {}/>", filling(colour, opacity)));
+            let fill = self.filling(colour, opacity);
+            self.put(format_args!("<path d=\"{d}\" {fill}/>"));
         }
     }
 
     pub fn filled_rect(&mut self, rect: Rect, colour: Colour, opacity: f64) {
-        self.put(format_args!("<rect {} {}/>", place(rect), filling(colour, opacity)));
+        let fill = self.filling(colour, opacity);
+        self.put(format_args!("<rect {} {fill}/>", place(rect)));
     }
 
     pub fn stroked_rect(&mut self, rect: Rect, stroke: Stroke) {
-        self.put(format_args!("<rect {} fill=\"none\"{}/>", place(rect), stroking(stroke)));
+        let stroke = self.stroking(stroke);
+        self.put(format_args!("<rect {} fill=\"none\"{stroke}/>", place(rect)));
     }
 
     pub fn stroked_ellipse(&mut self, (x, y): (f64, f64), (rx, ry): (f64, f64), stroke: Stroke) {
         let [x, y, rx, ry] = [x, y, rx, ry].map(number);
-        let stroke = stroking(stroke);
+        let stroke = self.stroking(stroke);
         self.put(format_args!(
             "<ellipse cx=\"{x}\" cy=\"{y}\" rx=\"{rx}\" ry=\"{ry}\" fill=\"none\"{stroke}/>"
         ));
     }
 
     pub fn disc(&mut self, (x, y): (f64, f64), radius_pt: f64, colour: Colour) {
-        let ([x, y, r], fill) = ([x, y, radius_pt].map(number), filling(colour, 1.0));
+        let ([x, y, r], fill) = ([x, y, radius_pt].map(number), self.filling(colour, 1.0));
         self.put(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" {fill}/>"));
     }
 
     /// A path of round dots, one for each subpath `Mx yh0`; overlaps do not darken.
     pub fn dots(&mut self, d: &str, diameter_pt: f64, colour: Colour, opacity: f64) {
         if !d.is_empty() {
-            let [diameter, opacity] = [diameter_pt, opacity].map(number);
+            let ([diameter, opacity], colour) = ([diameter_pt, opacity].map(number), self.colour(colour));
             self.put(format_args!(
                 "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{diameter}\" \
                  stroke-linecap=\"round\" stroke-opacity=\"{opacity}\"/>"
@@ -175,12 +206,13 @@ impl Svg {
         };
         let turn = if style.upwards { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
         let halo = style.halo.map_or(String::new(), |colour| {
+            let colour = self.colour(colour);
             format!(
                 " stroke=\"{colour}\" stroke-width=\"{halo_width}\" stroke-linejoin=\"round\" \
                  paint-order=\"stroke\""
             )
         });
-        let (colour, spans) = (style.colour, tspans(label, style.size_pt));
+        let (colour, spans) = (self.colour(style.colour), tspans(label, style.size_pt));
         self.put(format_args!(
             "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{colour}\"\
              {halo}{turn}>{spans}</text>"
@@ -208,16 +240,6 @@ pub fn point((x, y): (f64, f64)) -> String {
 fn place(rect: Rect) -> String {
     let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(number);
     format!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"")
-}
-
-fn filling(colour: Colour, opacity: f64) -> String {
-    format!("fill=\"{colour}\" fill-opacity=\"{}\"", number(opacity))
-}
-
-fn stroking(Stroke { colour, width_pt, is_dashed }: Stroke) -> String {
-    let [width, dash, gap] = [width_pt, 1.5 + 3.0 * width_pt, 1.0 + 1.5 * width_pt].map(number);
-    let dashes = if is_dashed { format!(" stroke-dasharray=\"{dash} {gap}\"") } else { String::new() };
-    format!(" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}")
 }
 
 #[cfg(test)]

@@ -16,17 +16,21 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// The densest ticks, up to so many intervals, whose labels do not touch.
+    /// The densest ticks, up to so many intervals, whose labels do not touch; a few more intervals where there would not be
+    /// two ticks.
     pub fn for_span(span: &Span, direction: Direction, most_intervals: usize) -> Self {
         let of = |intervals| match span.scale {
             Scale::Linear => linear(span.low, span.high, intervals),
             Scale::Log => logarithmic(span.low, span.high, intervals),
         };
-        (2..=most_intervals.max(2))
-            .rev()
-            .map(of)
-            .find(|ticks| ticks.fit(|value| span.at(value), direction))
-            .unwrap_or_else(|| of(1))
+        let most = most_intervals.max(2);
+        let fits = |ticks: &Ticks| ticks.fit(|value| span.at(value), direction);
+        let found = (2..=most).rev().map(of).find(fits).unwrap_or_else(|| of(1));
+        if found.major.len() >= 2 {
+            return found;
+        }
+        let more = (most + 1..=most + 4).map(of).find(|ticks| ticks.major.len() >= 2 && fits(ticks));
+        more.unwrap_or(found)
     }
 
     /// Blanks the labels that stick out of a horizontal span, as long as another one is left.
@@ -177,6 +181,7 @@ pub fn asinh(
         placed.extend(free.then_some((place, room)));
         ticks.major.push((value, if free { label } else { String::new() }));
     }
+    ticks.major.sort_by(|a, b| a.0.total_cmp(&b.0));
     let multiples = decades.flat_map(|k| (2..=9).map(move |m| f64::from(m) * 10f64.powi(k)));
     ticks.minor = multiples.flat_map(|value| [value, -value]).filter(within).collect();
     ticks
@@ -254,10 +259,20 @@ mod tests {
     }
 
     #[test]
+    fn a_span_between_two_coarse_ticks_has_finer_ones() {
+        for (low, high) in [(0.0058, 0.0099), (-0.0085, 0.0065), (1.23451, 1.23459)] {
+            let span = Span { scale: Scale::Linear, low, high, start_pt: 0.0, end_pt: 100.0 };
+            let ticks = Ticks::for_span(&span, Direction::Vertical, 2);
+            assert!((2..=4).contains(&ticks.major.len()), "{low}: {ticks:?}");
+        }
+    }
+
+    #[test]
     fn asinh_ticks_keep_zero_and_the_largest_decade() {
         let at = |v: f64| Some(60.0 * (v / 0.006).asinh());
         let ticks = asinh((-0.006, 0.5), 0.006, at, Direction::Horizontal);
-        assert!(labels(&ticks).contains(&"0") && labels(&ticks).contains(&"10^{−1}"));
+        // From left to right, as a bar is labelled.
+        assert_eq!(labels(&ticks), ["0", "10^{−2}", "10^{−1}"]);
         assert!(ticks.major.iter().chain([&(0.0, String::new())]).all(|(v, _)| (-0.006..=0.5).contains(v)));
     }
 }

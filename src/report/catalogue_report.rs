@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::number_text::decimals_text;
 use crate::error::Result;
 use crate::io::{Column, Table, TrueShear};
 use crate::mock::{
@@ -147,7 +148,9 @@ impl CatalogueReport {
         ];
         let best = self.scores().into_iter().zip(&data).next();
         if let Some((ModelScore { quality_fit: Some(own), .. }, data)) = best {
-            let legend = format!("log σ = {:.2} log Q + {:.2}", own.slope, own.intercept);
+            let sign = if own.intercept < 0.0 { "−" } else { "+" };
+            let (slope, intercept) = (decimals_text(own.slope, 2), decimals_text(own.intercept.abs(), 2));
+            let legend = format!("log σ = {slope} log Q {sign} {intercept}");
             let paper = PAPER_QUALITY_FIT;
             let lines =
                 [([own.slope, own.intercept], legend.as_str()), ([paper.slope, paper.intercept], "paper")];

@@ -49,5 +49,6 @@ fn record(table: &SightlineTable) -> RunRecord {
     option(!table.lenses.is_empty(), "--lenses", "lenses.csv");
     option(true, "-o", "ensemble_again");
     let about = format!("{number} sightlines of one configuration: {}.", table.level);
-    RunRecord::new("ensemble", &words, &about, &table.provenance)
+    let makes_images = !["scalars", "maps"].contains(&table.level.as_str());
+    RunRecord { makes_images, ..RunRecord::new("ensemble", &words, &about, &table.provenance) }
 }

@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::io::Staging;
-use crate::plot::Figure;
+use crate::io::{FigureFiles, Staging};
+use crate::plot::{Figure, Style};
 
 /// Stages a text file.
 ///
@@ -26,7 +26,7 @@ pub fn stage_json(staging: &Staging, name: &str, value: &impl Serialize) -> Resu
     stage_text(staging, name, &(json + "\n"))
 }
 
-/// Stages of `NAME.svg` and `NAME.png` those that are wanted, where `draw` makes a figure. One that cannot be drawn is left out, and the staging
+/// Stages of `NAME.svg`, `NAME.png` and `NAME.pdf` those that are wanted, where `draw` makes a figure. One that cannot be drawn is left out, and the staging
 /// folder remembers why: numbers are worth more than their picture.
 ///
 /// # Errors
@@ -36,15 +36,15 @@ pub fn stage_figure(
     name: &str,
     draw: impl FnOnce() -> Result<Option<Figure>>,
 ) -> Result<()> {
-    let (suffixes, wanted) = (["svg", "png"], ["svg", "png"].map(|suffix| staging.wants(suffix)));
-    if wanted == [false, false] {
+    let FigureFiles { extensions, style } = staging.figures();
+    if extensions.is_empty() {
         return Ok(());
     }
-    let files = suffixes.map(|suffix| format!("{name}.{suffix}"));
+    let (style, svg) = (Style::named(style), format!("{name}.svg"));
     let drawn = catch_unwind(AssertUnwindSafe(|| match draw()? {
         None => Ok(()),
         Some(figure) => {
-            staging.write(&files[0], |path| figure.save_as(&path.with_extension(""), wanted).map(drop))
+            staging.write(&svg, |path| figure.save_as(&path.with_extension(""), extensions, style).map(drop))
         }
     }));
     let why = match drawn {
@@ -53,7 +53,8 @@ pub fn stage_figure(
         Ok(Err(error)) => error.to_string(),
         Err(_) => "drawing it failed".into(),
     };
-    files.iter().for_each(|file| drop(std::fs::remove_file(staging.path(file))));
+    let files = extensions.iter().map(|extension| staging.path(format!("{name}.{extension}")));
+    files.for_each(|file| drop(std::fs::remove_file(file)));
     staging.complain(format!("there is no figure {name}: {why}"));
     Ok(())
 }

@@ -68,7 +68,14 @@ fn the_page_of_a_fit_warns_first_and_shows_the_posterior_and_the_residual() {
     assert_eq!((&json["folder"], &json["summary"]["converged"]), (&"fit".into(), &false.into()));
     let html = read(&folder, "fit/report.html");
     check_page(&folder, &html);
-    for wanted in ["have not converged", "lens.theta_E", "R-hat", "Posterior", "residual", "--max-draws 20"] {
+    for wanted in [
+        "have not converged",
+        "lens.theta_E",
+        "R-hat",
+        "Posterior, parameter by parameter",
+        "residual",
+        "--max-draws 20",
+    ] {
         assert!(html.contains(wanted), "no {wanted}");
     }
     assert!(html.find("have not converged") < html.find("Posterior"));
@@ -89,6 +96,51 @@ fn figures_are_left_out_or_pictures_alone_where_that_is_wanted() {
             .contains("<img alt=\"What the shear cut changes\" src=\"data:image/png")
     );
     assert!(folder.path("png/cut.png").is_file() && !folder.path("png/cut.svg").exists());
+}
+
+#[test]
+fn a_style_and_a_format_hold_for_every_figure_and_the_page_takes_its_colour() {
+    let folder = folder();
+    succeeds(&folder, "study cut small.toml --cuts 1e-4,1e-5 --format svg,pdf -o screen");
+    succeeds(&folder, "study cut small.toml --cuts 1e-4,1e-5 --style dark --format svg -o dark");
+    succeeds(&folder, "study cut small.toml --cuts 1e-4,1e-5 --style paper --format svg -o paper");
+    let [screen, dark, paper] =
+        ["screen", "dark", "paper"].map(|name| read(&folder, &format!("{name}/cut.svg")));
+    assert!(screen.contains("fill=\"#ffffff\"") && dark.contains("fill=\"#14161a\""));
+    let width =
+        |svg: &str| svg.split(" width=\"").nth(1).and_then(|rest| rest.split('"').next()).map(String::from);
+    assert_eq!(width(&paper).as_deref(), Some("174mm"));
+    assert_eq!(width(&screen), width(&paper));
+    assert!(fs::read(folder.path("screen/cut.pdf")).unwrap().starts_with(b"%PDF-"));
+    assert!(!folder.path("screen/cut.png").exists());
+    assert!(read(&folder, "dark/report.html").contains("--card:#14161a"));
+    assert!(!read(&folder, "screen/report.html").contains("--card:#"));
+}
+
+#[test]
+fn maps_images_and_images_of_point_sources_have_pages() {
+    let folder = folder();
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/point_source/model.json");
+    fs::copy(model, folder.path("model.json")).unwrap();
+    for (command, wanted) in [
+        ("map small.toml -o map", "haloray map config.toml -o map_again"),
+        ("image small.toml -o image", "haloray image config.toml -o image_again"),
+        (
+            "images model.json --source 0.1,0.05 --omega-m 0.3 -o images",
+            "--source 0.1,0.05 --omega-m 0.3 -o images_again",
+        ),
+    ] {
+        succeeds(&folder, command);
+        let html = read(&folder, &format!("{}/report.html", command.split(' ').next().unwrap()));
+        check_page(&folder, &html);
+        assert!(html.contains(wanted) && html.contains("<figure "), "{command}");
+        // Only one of them makes an image out of points.
+        assert_eq!(
+            html.contains("One point stands for each pixel"),
+            command.starts_with("image "),
+            "{command}"
+        );
+    }
 }
 
 #[test]

@@ -67,6 +67,7 @@ pub const ORDERS: [Order; 8] = [
         folder: "plot",
         parts: &[
             "colour",
+            "figure_style",
             "font",
             "scale",
             "markup",
@@ -86,6 +87,7 @@ pub const ORDERS: [Order; 8] = [
             "colour_bar",
             "legend",
             "png",
+            "pdf",
             "render",
             "figures",
         ],

@@ -1,7 +1,7 @@
 """Opens the page of every kind of run in Chromium: nothing overflows, nothing fails, controls do what they say, axe is content.
 
-python3 tests/pages/check.py HALORAY OUT   (Playwright's Python package and axe-playwright-python; Debian's `chromium`)
-Runs small ones of every kind into OUT/runs unless they are there, and leaves screenshots in OUT/shots to be looked at.
+python3 tests/pages/check.py HALORAY OUT [long]   (Playwright's Python package and axe-playwright-python; Debian's `chromium`)
+Runs small ones of every kind into OUT/runs unless they are there (those that take minutes only with `long`), and leaves screenshots in OUT/shots to be looked at.
 """
 
 import os
@@ -48,21 +48,36 @@ RUNS = {
     "cut": "study cut small.toml --cuts 1e-3,1e-4,1e-5 -o cut",
     "haloes": "study haloes small.toml -n 2 -o haloes",
     "mock": "mock -n 9 -o mock",
+    "ensemble": "ensemble small.toml -n 12 -o ensemble",
+    "calibration": "study calibration -n 2 -o calibration",
+    "map": "map small.toml --curves -o map",
+    "image": "image small.toml -o image",
+    "images": "images point.json --source 0.1,0.05 -o images",
+    "paper": "study tidal small.toml -n 3 --style paper -o paper",
+    "dark": "study cut small.toml --cuts 1e-3,1e-4,1e-5 --style dark --format svg,pdf -o dark",
 }
+LONG = {
+    "catalogue": "study catalogue mock --models power-law --first 2 --max-draws 60 -o catalogue",
+    "advantage": "study advantage -o advantage",
+    "which": "study which-shear small.toml -n 2 -o which",
+}
+POINT_LENS = pathlib.Path(__file__).resolve().parents[2] / "examples/point_source/model.json"
+# 1: a short fit has not converged, which its page must say.
+EXIT_CODES = {"fit": (1,), "catalogue": (0, 1)}
 SIZES = {360: 740, 800: 1000, 1600: 1000}
 SERIOUS = {"serious", "critical"}
 
 
-def run_all(binary, folder):
+def run_all(binary, folder, runs):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "small.toml").write_text(CONFIG)
     (folder / "small_model.toml").write_text(MODEL)
+    (folder / "point.json").write_text(POINT_LENS.read_text())
     environment = os.environ | {"HDF5_USE_FILE_LOCKING": "FALSE"}
-    for name, command in RUNS.items():
+    for name, command in runs.items():
         if not (folder / name / "report.html").exists():
             done = subprocess.run([binary, *command.split(), "--quiet"], cwd=folder, env=environment)
-            # 1: a short fit has not converged, which its page must say.
-            assert done.returncode == (1 if name == "fit" else 0), f"{name}: exit {done.returncode}"
+            assert done.returncode in EXIT_CODES.get(name, (0,)), f"{name}: exit {done.returncode}"
         else:
             subprocess.run([binary, "report", name, "--quiet", "--overwrite"], cwd=folder, env=environment, check=True)
 
@@ -91,6 +106,21 @@ def controls_work(page, name):
             shown.add((option.inner_text(), pixels()))
         assert len({image for _, image in shown}) == len(shown), f"{name}: two quantities look the same"
         which.select_option("0")
+    for section in page.locator("section.corner").all():
+        frames, boxes = section.locator(".panels .frame"), section.locator("input[type=checkbox]")
+        panels = lambda count: count * (count + 1) // 2
+        assert boxes.count() > 1 and frames.count() == panels(section.locator("input:checked").count()) > 1, f"{name}: panels"
+        section.get_by_role("button", name="All", exact=True).click()
+        assert frames.count() == panels(boxes.count()), f"{name}: not every pair has a panel"
+        section.get_by_role("button", name="None", exact=True).click()
+        assert frames.count() == 0 and "Choose" in section.locator("output").inner_text(), f"{name}: panels of nothing"
+        boxes.first.focus()
+        page.keyboard.press("Space")
+        boxes.nth(1).check()
+        assert frames.count() == 3, f"{name}: two parameters have three panels"
+        drawn = section.locator(".panels .draws").get_attribute("d")
+        assert drawn.count("M") > 50, f"{name}: {drawn.count('M')} draws"
+        section.get_by_role("button", name="As at first").click()
     for details in page.locator("details").all():
         details.locator("summary").click()
         assert details.get_attribute("open") is not None, name
@@ -115,15 +145,16 @@ def controls_work(page, name):
     page.locator("#theme").click()
 
 
-def main(binary, out):
+def main(binary, out, which=""):
     binary, out = str(pathlib.Path(binary).resolve()), pathlib.Path(out).resolve()
-    run_all(binary, out / "runs")
+    runs = RUNS | (LONG if which == "long" else {})
+    run_all(binary, out / "runs", runs)
     shots = out / "shots"
     shots.mkdir(parents=True, exist_ok=True)
     faults = []
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
-        for name in RUNS:
+        for name in runs:
             path = out / "runs" / name / "report.html"
             assert path.stat().st_size < 5e6, f"{name}: {path.stat().st_size} bytes"
             for width, height in SIZES.items():

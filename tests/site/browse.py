@@ -1,12 +1,13 @@
-"""Opens the site in Chromium: its search answers ten tasks of a newcomer, nothing overflows, nothing fails.
+"""Opens the site in Chromium: its search answers ten tasks of a newcomer, nothing overflows, nothing fails, axe is content.
 
-python3 tests/site/browse.py target/site [SHOTS]   (Playwright's Python package; Debian's `chromium`)
+python3 tests/site/browse.py target/site [SHOTS]   (Playwright's Python package and axe-playwright-python; Debian's `chromium`)
 Leaves screenshots of some pages in SHOTS, to be looked at.
 """
 
 import pathlib
 import sys
 
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
 # What a newcomer types, and the page that answers it. It must be among the first three results.
@@ -33,6 +34,7 @@ PAGES = (
     "concepts/line_of_sight",
     "GLOSSARY",
 )
+SERIOUS = {"serious", "critical"}
 # The search says so when it has ended.
 ENDED = "document.querySelector('.search-summary')?.textContent.match(/\\d+ page|did not match/)"
 
@@ -69,6 +71,13 @@ def main():
                     wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
                     if wide > 0:
                         failures.append(f"{name} at {width}: {wide} pixels too wide")
+                    for violation in Axe().run(page).response["violations"]:
+                        node = violation["nodes"][0]["html"][:120]
+                        text = f"{name} at {width} {scheme}: axe {violation['impact']}: {violation['id']} {node}"
+                        if violation["impact"] in SERIOUS:
+                            failures.append(text)
+                        else:
+                            print(text)
                     if shots:
                         shots.mkdir(parents=True, exist_ok=True)
                         page.screenshot(path=shots / f"{name.replace('/', '_')}_{width}_{scheme}.png")

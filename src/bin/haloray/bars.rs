@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
+use haloray::io::FigureFiles;
 use haloray::monitor::Monitor;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -14,7 +15,7 @@ pub struct Bars {
     quiet: bool,
     json: bool,
     overwrite: bool,
-    left_out: Vec<&'static str>,
+    figures: FigureFiles,
     cancelled: AtomicBool,
     running: Mutex<Vec<Stage>>,
     ended: Mutex<Vec<(String, Duration)>>,
@@ -46,12 +47,12 @@ impl Stage {
 }
 
 impl Bars {
-    pub fn new(quiet: bool, json: bool, overwrite: bool, left_out: Vec<&'static str>) -> Self {
+    pub fn new(quiet: bool, json: bool, overwrite: bool, figures: FigureFiles) -> Self {
         Self {
             quiet,
             json,
             overwrite,
-            left_out,
+            figures,
             cancelled: AtomicBool::new(false),
             running: Mutex::default(),
             ended: Mutex::default(),
@@ -93,9 +94,9 @@ impl Bars {
         self.overwrite
     }
 
-    /// Extensions of figures that are not wanted.
-    pub fn left_out(&self) -> &[&'static str] {
-        &self.left_out
+    /// As what figures are written, and how they look.
+    pub fn figures(&self) -> &FigureFiles {
+        &self.figures
     }
 
     /// Runs `work` as a stage of its own.

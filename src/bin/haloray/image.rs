@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use haloray::io::write_atomically;
+use haloray::io::{Provenance, Staging, write_atomically};
 use haloray::monitor::Monitor;
 use haloray::numerics::random::Stage;
 use haloray::pipeline::{self, LensAndSource, View, line_of_sight};
-use haloray::report::{exposure_figure, image_file, stage_figure};
+use haloray::report::{RunRecord, exposure_figure, image_file, stage_figure, stage_page};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::output::{Output, commit, print_files};
+use crate::record::{configured, option};
 use crate::settings::{Sight, imported_haloes, provenance, psf};
 use crate::summary::print_accuracy;
 
@@ -28,13 +29,13 @@ pub struct Args {
     /// With one FITS file as output: the image before noise.
     #[arg(long)]
     noise_free: bool,
-    /// Folder for image.fits, image_noise_free.fits and the figure, or one file ending in .fits.
+    /// Folder for image.fits, image_noise_free.fits, the figure and its page, or one file ending in .fits.
     #[arg(long, short, value_name = "DIR|FILE.fits")]
     output: PathBuf,
 }
 
 /// What a folder gets.
-const FILES: [&str; 4] = ["image.fits", "image_noise_free.fits", "image.svg", "image.png"];
+const FILES: [&str; 5] = ["image.fits", "image_noise_free.fits", "image.svg", "image.png", "config.toml"];
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.sight.resolve()?;
@@ -73,10 +74,16 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             let curves = view.curves.as_ref().map(|curves| curves.about(view.source_centre_arcsec));
             let figure = exposure_figure(exposure, config.instrument.background_rms_e_s(), curves.as_ref());
             stage_figure(&staging, "image", || Ok(Some(figure)))?;
+            stage_page(&staging, "", &record(args, &staging, &provenance)?)?;
             commit(staging)?
         }
     };
     print_accuracy(&view.accuracy, bars);
     print_files(&files, bars);
     Ok(())
+}
+
+fn record(args: &Args, staging: &Staging, provenance: &Provenance) -> Result<RunRecord> {
+    let about = "One exposure of a lens and its source through the haloes of one line of sight.";
+    configured(staging, "image", &option("--sightline", args.sight.sightline(), 0), about, provenance)
 }

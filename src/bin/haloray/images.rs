@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use haloray::diagnostics::{CriticalCurves, PointImages, SkyWindow};
 use haloray::io::{Provenance, RAYS_GROUP, curve_table, image_table, kind_name, read_lens_model};
-use haloray::report::{curve_figure, stage_figure};
+use haloray::report::{RunRecord, curve_figure, stage_figure, stage_page};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::output::{Output, commit, print_files};
+use crate::record::{file_name, option, record as record_of};
 use crate::settings::Cosmology;
 
 /// Find all images of a point source behind a lens model in lenstronomy's own form.
@@ -29,15 +30,16 @@ pub struct Args {
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     source: String,
     /// Half the side of the window about the axis in which images are looked for; widened where they may lie outside.
-    #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC", default_value_t = 5.0)]
+    #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC", default_value_t = HALF_WIDTH_ARCSEC)]
     half_width_arcsec: f64,
-    /// One file for the images (.csv, .h5 or .fits), or a folder for images, curves and figure.
+    /// One file for the images (.csv, .h5 or .fits), or a folder for images, curves, figure and page.
     #[arg(long, short, value_name = "DIR|FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
     cosmology: Cosmology,
 }
 
+const HALF_WIDTH_ARCSEC: f64 = 5.0;
 /// What a folder gets.
 const FILES: [&str; 4] = ["images.csv", "curves.csv", "curves.svg", "curves.png"];
 
@@ -74,12 +76,27 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             staging.write("curves.csv", |path| vertices.write(path, RAYS_GROUP, &provenance))?;
             let figure = curve_figure(&curves, &found, source, found.window.half_width_arcsec);
             stage_figure(&staging, "curves", || Ok(Some(figure)))?;
+            let doubts = model.warnings.iter().map(ToString::to_string).chain(found.doubt());
+            stage_page(&staging, "", &record(args, doubts.collect(), &found, &provenance))?;
             commit(staging)?
         }
     };
     crate::terminal::print_result(&text(&found))?;
     print_files(&files, bars);
     Ok(())
+}
+
+fn record(args: &Args, warnings: Vec<String>, found: &PointImages, provenance: &Provenance) -> RunRecord {
+    let verdict = if found.is_complete() { "complete" } else { "not proven complete" };
+    let about = format!(
+        "All images of a point source behind a lens model: {}, {verdict} by the parity count.",
+        found.images.len()
+    );
+    let half_width = option("--half-width-arcsec", args.half_width_arcsec, HALF_WIDTH_ARCSEC);
+    let arguments = [file_name(&args.model), "--source".into(), args.source.clone()];
+    let arguments: Vec<String> =
+        arguments.into_iter().chain(half_width).chain(args.cosmology.words()).collect();
+    RunRecord { warnings, makes_images: false, ..record_of("images", &arguments, &about, provenance) }
 }
 
 fn source(text: &str) -> Result<[f64; 2]> {

@@ -43,6 +43,8 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
+use haloray::io::FigureFiles;
+use haloray::plot::Style;
 use haloray::{Error, Result};
 use mimalloc::MiMalloc;
 
@@ -76,7 +78,10 @@ struct Cli {
     /// No figures, and none on the page of the run.
     #[arg(long, global = true, display_order = 903)]
     no_figures: bool,
-    /// As what figures are written.
+    /// How figures look: for the screen, for print at 3.3 or 7 inches with no letter below 6 pt, or light on dark.
+    #[arg(long, global = true, display_order = 905, value_enum, default_value_t = FigureStyle::Screen)]
+    style: FigureStyle,
+    /// As what figures are written; pages show SVGs, or PNGs where there are none.
     #[arg(long, global = true, display_order = 904, value_delimiter = ',', default_value = "svg,png")]
     format: Vec<FigureFormat>,
     /// Replace files in the output folder that no earlier run wrote there, or that were changed since.
@@ -90,14 +95,32 @@ enum FigureFormat {
     Svg,
     /// Pictures of 300 dpi.
     Png,
+    /// Drawings for papers.
+    Pdf,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum FigureStyle {
+    /// Letters of 7 and 8 pt, black on white.
+    Screen,
+    /// Letters of 8.4 pt and more, their scripts of 6 pt.
+    Paper,
+    /// The letters of screen, light on dark.
+    Dark,
 }
 
 impl Cli {
-    /// Extensions of figures that are not written.
-    fn left_out(&self) -> Vec<&'static str> {
-        let all = [(FigureFormat::Svg, "svg"), (FigureFormat::Png, "png")];
-        let is_out = |format: FigureFormat| self.no_figures || !self.format.contains(&format);
-        all.into_iter().filter(|(format, _)| is_out(*format)).map(|(_, extension)| extension).collect()
+    /// As what figures are written, and how they look.
+    fn figures(&self) -> FigureFiles {
+        let all = [(FigureFormat::Svg, "svg"), (FigureFormat::Png, "png"), (FigureFormat::Pdf, "pdf")];
+        let is_wanted = |format: FigureFormat| !self.no_figures && self.format.contains(&format);
+        let extensions = all.into_iter().filter(|(format, _)| is_wanted(*format));
+        let style = match self.style {
+            FigureStyle::Screen => Style::SCREEN,
+            FigureStyle::Paper => Style::PAPER,
+            FigureStyle::Dark => Style::DARK,
+        };
+        FigureFiles { extensions: extensions.map(|(_, extension)| extension).collect(), style: style.name }
     }
 }
 
@@ -130,7 +153,7 @@ fn main() -> ExitCode {
         Ok(mut cli) => {
             terminal::listen(cli.quiet);
             let bars: &'static Bars =
-                Box::leak(Box::new(Bars::new(cli.quiet, cli.json, cli.overwrite, cli.left_out())));
+                Box::leak(Box::new(Bars::new(cli.quiet, cli.json, cli.overwrite, cli.figures())));
             bars.speak();
             let result = interrupt::watch(bars).and_then(|()| run(&mut cli, bars));
             result.unwrap_or_else(|error| {

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use haloray::Result;
-use haloray::io::{RunFile, write_atomically, write_curves, write_maps};
+use haloray::io::{Provenance, RunFile, Staging, write_atomically, write_curves, write_maps};
 use haloray::pipeline::{self, LensAndSource, critical_curves, line_of_sight, main_lens, source_centre};
-use haloray::report::{map_figures, stage_figure};
+use haloray::report::{RunRecord, map_figures, stage_figure, stage_page};
 
 use crate::bars::Bars;
 use crate::output::{Output, commit, print_files};
+use crate::record::{configured, option};
 use crate::settings::{Sight, imported_haloes, provenance};
 use crate::sheets::tell_sheets;
 use crate::summary::print_accuracy;
@@ -30,7 +31,7 @@ pub struct Args {
     /// Largest |θ_x| and |θ_y| of the grid, instead of the configuration's.
     #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC")]
     half_width_arcsec: Option<f64>,
-    /// Folder for maps.h5 and the figures, or one file ending in .h5 for the maps alone.
+    /// Folder for maps.h5, the figures and their page, or one file ending in .h5 for the maps alone.
     #[arg(long, short, value_name = "DIR|FILE.h5")]
     output: PathBuf,
 }
@@ -46,7 +47,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         &args.output,
         &["h5", "hdf5"],
         &[config.haloes.catalogue.as_deref(), args.sight.file()],
-        &["maps.h5"],
+        &["maps.h5", "config.toml"],
         bars,
     )?;
 
@@ -79,6 +80,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             for (name, figure) in map_figures(&staging.path("maps.h5"))? {
                 stage_figure(&staging, name, || Ok(Some(figure)))?;
             }
+            stage_page(&staging, "", &record(args, &staging, &provenance)?)?;
             commit(staging)?
         }
     };
@@ -86,4 +88,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     print_accuracy(&accuracy, bars);
     print_files(&files, bars);
     Ok(())
+}
+
+fn record(args: &Args, staging: &Staging, provenance: &Provenance) -> Result<RunRecord> {
+    let about =
+        "What the haloes on one line of sight do over a field: convergence, shear, flexion and their change.";
+    let sightline = option("--sightline", args.sight.sightline(), 0);
+    let record = configured(staging, "map", &sightline, about, provenance)?;
+    Ok(RunRecord { makes_images: false, ..record })
 }

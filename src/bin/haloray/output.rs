@@ -20,7 +20,7 @@ pub enum Output {
 }
 
 /// Extensions of files; a folder is not meant by them.
-const FILES: [&str; 9] = ["csv", "h5", "hdf5", "fits", "fit", "png", "svg", "json", "toml"];
+const FILES: [&str; 10] = ["csv", "h5", "hdf5", "fits", "fit", "png", "svg", "pdf", "json", "toml"];
 
 impl Output {
     /// Decides by the extension of `path`, and checks that it can be written before any work is done.
@@ -48,9 +48,19 @@ impl Output {
 
 /// A staged folder for results of those names; a user's own files there are safe unless `--overwrite` is given.
 pub fn begin(folder: &Path, names: &[&str], bars: &Bars) -> Result<Staging> {
-    let names: Vec<&str> = names.iter().copied().chain([PAGE_FILE, "report.json"]).collect();
+    let figures = bars.figures();
+    // A list has the names of SVGs and PNGs.
+    let is_written = |name: &str| match name.rsplit_once('.') {
+        Some((_, extension @ ("svg" | "png"))) => figures.extensions.contains(&extension),
+        _ => true,
+    };
+    let is_pdf_written = figures.extensions.contains(&"pdf");
+    let pdfs = names.iter().filter(|_| is_pdf_written).filter_map(|name| name.strip_suffix(".svg"));
+    let pdfs: Vec<String> = pdfs.map(|stem| format!("{stem}.pdf")).collect();
+    let names = names.iter().copied().filter(|name| is_written(name)).chain(pdfs.iter().map(String::as_str));
+    let names: Vec<&str> = names.chain([PAGE_FILE, "report.json"]).collect();
     let replace = if bars.overwrites() { Replace::Any } else { Replace::Own };
-    Ok(Staging::begin(folder, &names, replace)?.without(bars.left_out()))
+    Ok(Staging::begin(folder, &names, replace)?.with_figures(figures))
 }
 
 /// Puts the results in their place, and warns of those that could not be made.

@@ -15,6 +15,8 @@ use haloray::io::{Provenance, PsfKernel, read_cone, read_haloes};
 use haloray::mapping::multiplane::Accuracy;
 use haloray::monitor::Monitor;
 
+use crate::record::option;
+
 /// Which configuration to use.
 #[derive(clap::Args)]
 pub struct Settings {
@@ -182,14 +184,17 @@ impl Sight {
     }
 }
 
+const H0_KM_S_MPC: f64 = 67.4;
+const OMEGA_M: f64 = 0.315;
+
 /// The cosmology of commands that read angles and redshifts only.
 #[derive(clap::Args)]
 pub struct Cosmology {
     /// Hubble constant of the distances.
-    #[arg(long, allow_negative_numbers = true, value_name = "KM/S/MPC", default_value_t = 67.4)]
+    #[arg(long, allow_negative_numbers = true, value_name = "KM/S/MPC", default_value_t = H0_KM_S_MPC)]
     h0_km_s_mpc: f64,
     /// Matter density of the distances (flat ΛCDM).
-    #[arg(long, allow_negative_numbers = true, value_name = "OMEGA", default_value_t = 0.315)]
+    #[arg(long, allow_negative_numbers = true, value_name = "OMEGA", default_value_t = OMEGA_M)]
     omega_m: f64,
 }
 
@@ -197,6 +202,13 @@ impl Cosmology {
     pub fn background(&self) -> Result<Background> {
         Background::new(self.h0_km_s_mpc, self.omega_m)
             .map_err(|error| error.named("h0_km_s_mpc", "--h0-km-s-mpc").named("omega_m", "--omega-m"))
+    }
+
+    /// The options that ask for it; empty words for what is the default.
+    pub fn words(&self) -> [String; 4] {
+        let [h0, value] = option("--h0-km-s-mpc", self.h0_km_s_mpc, H0_KM_S_MPC);
+        let [omega, matter] = option("--omega-m", self.omega_m, OMEGA_M);
+        [h0, value, omega, matter]
     }
 }
 

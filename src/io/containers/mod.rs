@@ -38,7 +38,7 @@ pub use record_log::RecordLog;
 pub use run_file::RunFile;
 pub use run_file_reader::RunFileReader;
 pub(crate) use shell_word::shell_word;
-pub use staging::Staging;
+pub use staging::{FigureFiles, Staging};
 pub(crate) use table::refuse_non_finite;
 pub use table::{Column, Table, Values};
 pub(super) use table_stream::{ColumnTitle, TableStream, degrees_in};

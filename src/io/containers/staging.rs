@@ -16,6 +16,21 @@ use crate::error::{Error, Result};
 /// Locked as long as the run that owns the staging folder lives.
 const LOCK_NAME: &str = ".lock";
 
+/// As what figures are written, and how they look; SVG and PNG of the first style where nobody says otherwise.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FigureFiles {
+    /// Extensions; none for no figures.
+    pub extensions: Vec<&'static str>,
+    /// Name of the style.
+    pub style: &'static str,
+}
+
+impl Default for FigureFiles {
+    fn default() -> Self {
+        Self { extensions: vec!["svg", "png"], style: "" }
+    }
+}
+
 /// Outputs on their way into a folder: complete ones are moved there together, or none.
 ///
 /// Dropping it without [`commit`](Self::commit) removes what was staged, and the final folder
@@ -26,8 +41,7 @@ pub struct Staging {
     replace: Replace,
     /// What could not be made, in words.
     complaints: Mutex<Vec<String>>,
-    /// Extensions of files that nobody wants.
-    left_out: Vec<String>,
+    figures: FigureFiles,
     folder: Option<TempDir>,
     /// Holds the lock; the system lets go of it however the run ends.
     _lock: Option<File>,
@@ -74,7 +88,7 @@ impl Staging {
                     final_dir,
                     replace,
                     complaints,
-                    left_out: Vec::new(),
+                    figures: FigureFiles::default(),
                     folder: Some(folder),
                     _lock,
                     made_final_dir,
@@ -100,15 +114,15 @@ impl Staging {
         target_in(&self.final_dir, name.as_ref())
     }
 
-    /// The same without files of those extensions, where they are figures.
-    pub fn without(mut self, extensions: &[&str]) -> Self {
-        self.left_out = extensions.iter().map(|extension| extension.to_string()).collect();
+    /// The same with figures as they are wanted.
+    pub fn with_figures(mut self, figures: &FigureFiles) -> Self {
+        self.figures = figures.clone();
         self
     }
 
-    /// Whether figures of that extension are wanted.
-    pub fn wants(&self, extension: &str) -> bool {
-        !self.left_out.iter().any(|own| own == extension)
+    /// As what and how figures are wanted.
+    pub fn figures(&self) -> &FigureFiles {
+        &self.figures
     }
 
     /// Remembers what could not be made though the rest could.

@@ -1,5 +1,6 @@
 //! Rank histograms of a calibration study, and the coverage of its intervals.
 
+use crate::plot::ticks::power_of_ten;
 use crate::plot::{Anchor, Axis, Caption, Colour, Figure, Mark, Panel, Rule, Shape, Stroke};
 
 /// What one panel shows.
@@ -50,10 +51,19 @@ fn rank_panel(parameter: &RankHistogram, tallest: f64, is_first: bool) -> Panel 
     let y = Axis::linear("fits per bin").between(0.0, top).outer(is_first);
     let x = Axis::linear("rank of the truth, fraction").between(0.0, 1.0);
     let p = parameter.p_value;
-    let p = if p < 0.01 { format!("{p:.0e}") } else { format!("{p:.2}") };
+    let p = if p < 0.01 { small_text(p) } else { format!("{p:.2}") };
     let text = format!("{}: p = {p}, {:.0}%", parameter.label, 100.0 * parameter.coverage);
     let expected = band(1.0, (mean - 3.0 * sd).max(0.0), mean + 3.0 * sd);
     captioned(Panel::new(x, y, [expected, steps.into()]), text)
+}
+
+/// One digit and its power of ten.
+fn small_text(value: f64) -> String {
+    let text = format!("{value:.0e}");
+    match text.split_once('e').and_then(|(digit, power)| Some((digit, power.parse().ok()?))) {
+        Some((digit, power)) => format!("{digit}×{}", power_of_ten(power)),
+        None => text,
+    }
 }
 
 fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
@@ -66,7 +76,8 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
         dots.into(),
     ];
     let x = Axis::linear("number of the panel").between(0.0, right);
-    let y = Axis::linear("fraction of the fits").between(0.4, 1.0);
+    // The caption says what it is: a label would move the panel away from the others.
+    let y = Axis::linear("").between(0.4, 1.0);
     captioned(Panel::new(x, y, marks), "coverage of 68% intervals".into())
 }
 
@@ -81,6 +92,6 @@ mod tests {
         let figure = calibration(&[one, rare]);
         assert_eq!(figure.panels.len(), 3);
         let svg = figure.to_svg();
-        assert!(svg.contains("p = 0.50, 70%") && svg.contains("p = 3e-3"));
+        assert!(svg.contains("p = 0.50, 70%") && svg.contains("p = 3×10"));
     }
 }

@@ -1,6 +1,8 @@
 //! Many sightlines: how their quantities are distributed, and how sums over them settle with their number.
 
-use crate::plot::{Axis, Colour, Corner, Figure, Mark, Panel, Scale, Shape, Stroke, quantile};
+use crate::plot::{
+    Anchor, Axis, Caption, Colour, Corner, Figure, Mark, Panel, Scale, Shape, Stroke, quantile,
+};
 
 /// Distributions of one kind, laid over one another.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,20 +32,39 @@ fn panel(kind: &Distributions) -> Panel {
     let tallest = marks.iter().flat_map(Mark::points).map(|[_, y]| y).fold(1.0, f64::max);
     let x = if kind.is_log { Axis::log(kind.label) } else { Axis::linear(kind.label) };
     // Room for the legend.
-    let y = Axis::linear("sightlines").between(0.0, 1.45 * tallest);
-    Panel { legend: Corner::TopLeft, ..Panel::new(x, y, marks) }
+    let top = 1.45 * tallest;
+    // Counts are whole numbers.
+    let y = Axis { most_intervals: (top as usize).min(7), ..Axis::linear("sightlines").between(0.0, top) };
+    let mut panel = Panel { legend: Corner::TopLeft, ..Panel::new(x, y, marks) };
+    let outside = kind.sets.iter().map(|(_, values)| outside(values, &edges, scale)).max().unwrap_or(0);
+    if outside > 0 {
+        let text = format!("up to {outside} outside");
+        panel.captions.push(Caption { text, colour: Colour::GREY, anchor: Anchor::End });
+    }
+    panel
 }
 
-/// Edges of equal bins that leave out the last thousandth on both sides.
+/// Edges of equal bins over the middle 98% of the values and a quarter of that on both sides, but no farther than the
+/// values go: a few far ones do not press all others into one bin.
 fn edges(kind: &Distributions, scale: Scale) -> Vec<f64> {
     const BINS: usize = 40;
-    const IN_SIGHT: [f64; 2] = [0.001, 0.999];
+    const IN_SIGHT: [f64; 2] = [0.01, 0.99];
+    const ROOM: f64 = 0.25;
     let all: Vec<f64> =
         kind.sets.iter().flat_map(|(_, values)| values).filter_map(|v| scale.forward(*v)).collect();
-    let [low, high] = IN_SIGHT.map(|part| quantile(&all, part));
+    let [least, low, high, most] = [0.0, IN_SIGHT[0], IN_SIGHT[1], 1.0].map(|part| quantile(&all, part));
     let Some((low, high)) = low.zip(high).filter(|(low, high)| low < high) else { return Vec::new() };
+    let room = ROOM * (high - low);
+    let low = least.map_or(low, |least| least.max(low - room));
+    let high = most.map_or(high, |most| most.min(high + room));
     let at = |i: usize| low + (high - low) * i as f64 / BINS as f64;
     (0..=BINS).map(|i| if kind.is_log { 10f64.powf(at(i)) } else { at(i) }).collect()
+}
+
+/// How many values that have a place on the axis lie beyond its bins.
+fn outside(values: &[f64], edges: &[f64], scale: Scale) -> usize {
+    let Some((first, last)) = edges.first().zip(edges.last()) else { return 0 };
+    values.iter().filter(|v| scale.forward(**v).is_some() && (**v < *first || **v > *last)).count()
 }
 
 fn counts(values: &[f64], edges: &[f64]) -> Vec<f64> {
@@ -52,6 +73,10 @@ fn counts(values: &[f64], edges: &[f64]) -> Vec<f64> {
         let after = edges.partition_point(|edge| edge <= value);
         if (1..edges.len()).contains(&after) {
             counts[after - 1] += 1.0;
+        } else if edges.last() == Some(value)
+            && let Some(last) = counts.last_mut()
+        {
+            *last += 1.0;
         }
     }
     counts
@@ -79,12 +104,19 @@ mod tests {
     #[test]
     fn every_value_in_sight_is_counted_in_its_bin() {
         let edges = [0.0, 1.0, 2.0];
-        assert_eq!(counts(&[-1.0, 0.0, 0.5, 1.0, 1.9, 2.0, f64::NAN], &edges), [2.0, 2.0]);
+        assert_eq!(counts(&[-1.0, 0.0, 0.5, 1.0, 1.9, 2.0, 2.1, f64::NAN], &edges), [2.0, 3.0]);
         assert!(counts(&[1.0], &[]).is_empty());
         let values: Vec<f64> = (1..=1000).map(f64::from).collect();
         let kind = Distributions { label: "Δ", is_log: true, sets: vec![("two points", values)] };
         let figure = distributions(&[kind]);
         let Shape::Histogram { edges, counts, .. } = &figure.panels[0].marks[0].shape else { panic!() };
-        assert_eq!((edges.len(), counts.iter().sum::<f64>()), (41, 998.0));
+        let inside: f64 = counts.iter().sum();
+        assert!(edges.len() == 41 && inside > 980.0 && figure.panels[0].captions.len() < 2, "{inside}");
+        let mut far: Vec<f64> = (1..=1000).map(|i| f64::from(i) / 1000.0).collect();
+        far.extend([-40.0, 90.0]);
+        let kind = Distributions { label: "κ", is_log: false, sets: vec![("axis", far)] };
+        let figure = distributions(&[kind]);
+        let Shape::Histogram { edges, .. } = &figure.panels[0].marks[0].shape else { panic!() };
+        assert!(edges[0] > -0.3 && edges[40] < 1.3 && figure.panels[0].captions[0].text == "up to 2 outside");
     }
 }

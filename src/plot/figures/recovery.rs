@@ -2,7 +2,8 @@
 
 use super::grid::caption;
 use crate::plot::{
-    Anchor, At, Axis, Colour, ColourBar, ColourMap, ColourScale, Figure, Mark, Panel, Shape, Stretch, Stroke,
+    Anchor, At, Axis, Colour, ColourBar, ColourMap, ColourScale, Corner, Figure, Mark, Panel, Shape, Stretch,
+    Stroke,
 };
 
 /// One fit as the figures need it.
@@ -101,7 +102,11 @@ pub fn recovery_histograms(models: &[RecoveryData]) -> Figure {
             let stroke = Stroke::solid(Colour::of_curve(i), 1.0);
             Mark::from(Shape::Histogram { edges, counts, stroke }).named(&model.model)
         };
-        Panel::new(Axis::linear(label), Axis::linear("images"), models.iter().enumerate().map(outline))
+        let marks: Vec<Mark> = models.iter().enumerate().map(outline).collect();
+        // Room for the legend; counts are whole numbers.
+        let top = 1.5 * marks.iter().flat_map(Mark::points).map(|[_, y]| y).fold(1.0, f64::max);
+        let y = Axis { most_intervals: (top as usize).min(7), ..Axis::linear("images").between(0.0, top) };
+        Panel::new(Axis::linear(label), y, marks)
     };
     let largest = |value: fn(&RecoveredPoint) -> f64| {
         let all = models.iter().flat_map(|m| &m.points).map(value).filter(|v| v.is_finite());
@@ -130,6 +135,8 @@ pub fn recovery_quality(model: &RecoveryData, lines: &[([f64; 2], &str)]) -> Fig
         let stroke = Stroke::dashed([Colour::BLACK, Colour::ORANGE][i % 2], 0.9);
         left.marks.push(Mark::line(ends.map(|q| [q, slope * q + intercept]), stroke).named(*legend));
     }
+    // Points run from the upper left to the lower right.
+    left.legend = Corner::BottomLeft;
     let panels = [left, panel(RESIDUAL, |p| p.residual)];
     Figure::full_width("Uncertainty and residual against image quality", 0.75, 2, panels)
 }

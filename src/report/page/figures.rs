@@ -13,7 +13,7 @@ const LARGEST_SVG_BYTES: usize = 500_000;
 const LARGEST_SUM_BYTES: usize = 2_000_000;
 
 /// Name, title and caption of the figures of all commands, in the order of a page.
-const CAPTIONS: [(&str, &str, &str); 32] = [
+const CAPTIONS: [(&str, &str, &str); 37] = [
     (
         "images",
         "Images",
@@ -141,6 +141,31 @@ const CAPTIONS: [(&str, &str, &str); 32] = [
     ),
     ("contours", "Posteriors of one image", "γ_LOS of the image of median Q by each model."),
     (
+        "full_os_ds",
+        "os and ds shears of the full model",
+        "They trade against each other along straight lines: the image knows their sum, not each.",
+    ),
+    (
+        "full_od_ellipticity",
+        "od shear and ellipticity of the full model",
+        "What the foreground does and how the lens is shaped, which an image tells apart.",
+    ),
+    (
+        "minimal_od_ellipticity",
+        "od shear and ellipticity of the minimal model",
+        "The same of the minimal model.",
+    ),
+    (
+        "minimal_los_ellipticity",
+        "γ_LOS and ellipticity of the minimal model",
+        "The shear that an image measures, hardly tied to the shape of the lens.",
+    ),
+    (
+        "curves",
+        "Critical curves and caustics",
+        "Left the sky with the images, right the source plane. Across a critical curve images merge in pairs.",
+    ),
+    (
         "los_of_both",
         "γ_LOS of both models",
         "The full model's γ_LOS is derived from its od, os and ds shears.",
@@ -173,7 +198,8 @@ pub(super) fn figures(folder: &Path, files: &[String]) -> (Vec<PageFigure>, Vec<
         match markup {
             Some((markup, width_mm)) => {
                 sum += markup.len();
-                figures.push(PageFigure { id, title, caption, markup, width_mm });
+                let page_colour = page_colour(folder, &name);
+                figures.push(PageFigure { id, title, caption, markup, width_mm, page_colour });
             }
             None => left_out.push(format!("{name}.svg")),
         }
@@ -197,6 +223,13 @@ fn markup(folder: &Path, name: &str, id: &str, title: &str) -> Option<(String, f
     let (kind, bytes) = png.map_or_else(|| ("svg+xml", svg.into_bytes()), |png| ("png", png));
     let data = STANDARD.encode(bytes);
     Some((format!("<img alt=\"{title}\" src=\"data:image/{kind};base64,{data}\">"), width_mm))
+}
+
+/// The colour of the page of a drawing, which is its first rectangle; empty for white.
+fn page_colour(folder: &Path, name: &str) -> String {
+    let svg = std::fs::read_to_string(folder.join(format!("{name}.svg"))).unwrap_or_default();
+    let rectangle = svg.split("<rect").nth(1).and_then(|rest| rest.split('>').next()).unwrap_or_default();
+    attribute(rectangle, "fill").filter(|colour| *colour != "#ffffff").unwrap_or_default().into()
 }
 
 /// The SVG as part of a page: as wide as there is room, its identifiers its own.

@@ -9,6 +9,7 @@ use super::glossary::terms;
 use super::grids::grids;
 use super::model::{Page, Term};
 use super::numbers::Numbers;
+use super::posterior::posterior;
 use super::record::{PAGE_FILE, RECORD_FILE, RunRecord};
 use super::render::words_of;
 use super::tables::{of_csv, of_markdown};
@@ -19,7 +20,7 @@ use crate::io::{Table, files_of_run, read_text};
 const NOT_SHOWN: [&str; 2] = ["catalogue.csv", "curves.csv"];
 
 /// What the files of a folder are.
-const FILES: [(&str, &str); 27] = [
+const FILES: [(&str, &str); 30] = [
     ("run.h5", "everything: haloes, maps, images, diagnostics"),
     ("maps.h5", "the maps"),
     ("sightlines.h5", "one row a sightline; xarray.open_dataset(…, group=\"sightlines\") opens it"),
@@ -44,6 +45,9 @@ const FILES: [(&str, &str); 27] = [
     ("ranks.csv", "one row a fit"),
     ("catalogue.csv", "every drawn parameter, one row a system"),
     ("catalogue.h5", "the same in HDF5"),
+    ("image.fits", "the image with noise"),
+    ("image_noise_free.fits", "the image before noise"),
+    ("curves.csv", "critical curves and caustics, vertex by vertex"),
     ("truth.csv", "true γ_LOS and quality of each image"),
     ("images", "FITS images"),
     ("figures", "the figures as files"),
@@ -61,6 +65,7 @@ pub(super) fn read(folder: &Path) -> Result<Page> {
         let problem = "holds no results of haloray";
         return Err(Error::file(FileFault::Content, folder, problem));
     }
+    let mut is_imaged = true;
     let mut page = Page { title: "haloray".into(), grids: grids(folder, &files), ..Page::default() };
     if has(RECORD_FILE) {
         let record = RunRecord::read(folder)?;
@@ -72,10 +77,13 @@ pub(super) fn read(folder: &Path) -> Result<Page> {
             vec![["haloray".into(), record.version], ["git revision".into(), record.git_revision]];
         page.versions.extend(record.seed.map(|seed| ["seed".into(), seed.to_string()]));
         page.configuration = record.configuration;
+        is_imaged = record.makes_images;
     } else if has("config.toml") {
         page.configuration = read_text(&folder.join("config.toml"))?;
     }
-    page.warnings.extend(of_configuration(&page.configuration));
+    if is_imaged {
+        page.warnings.extend(of_configuration(&page.configuration));
+    }
     if has("summary.json") {
         let numbers = numbers(folder)?;
         page.facts = numbers.facts;
@@ -93,6 +101,7 @@ pub(super) fn read(folder: &Path) -> Result<Page> {
             page.tables.push(shown);
         }
     }
+    page.posterior = posterior(folder);
     let left_out;
     (page.figures, left_out) = figures(folder, &files);
     if !left_out.is_empty() {

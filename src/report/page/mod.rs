@@ -7,6 +7,7 @@ mod glossary;
 mod grids;
 mod model;
 mod numbers;
+mod posterior;
 mod record;
 mod render;
 mod tables;

@@ -19,6 +19,8 @@ pub struct Page {
     pub paragraphs: Vec<String>,
     /// Maps and images to be explored.
     pub grids: Vec<GridSet>,
+    /// Parameters of a posterior, whose panels can be chosen.
+    pub posterior: Vec<PosteriorParameter>,
     /// Figures as drawn.
     pub figures: Vec<PageFigure>,
     /// Tables, the most important first.
@@ -100,6 +102,8 @@ pub struct PageFigure {
     pub markup: String,
     /// Width on a printed page, in millimetres.
     pub width_mm: f64,
+    /// Colour of its page; empty for that of the page it is in.
+    pub page_colour: String,
 }
 
 /// Grids over one field, of which one is shown at a time.
@@ -130,6 +134,29 @@ pub struct Grid {
     pub data: String,
     /// Made of those grids of the set: the first minus the second.
     pub difference_of: Option<[usize; 2]>,
+}
+
+/// A parameter of a posterior.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PosteriorParameter {
+    /// Name in the model.
+    pub name: String,
+    /// Label in markup.
+    pub label: String,
+    /// Unit; empty for pure numbers.
+    pub unit: String,
+    /// Median and 68% interval in words.
+    pub interval_text: String,
+    /// Median of all draws.
+    pub median: f64,
+    /// Ends of the 68% highest-density interval of all draws.
+    pub interval: [f64; 2],
+    /// Some of the draws less the median: float32, little-endian, base64.
+    pub draws: String,
+    /// How many there are in all.
+    pub number_of_draws: usize,
+    /// Shown before a choice is made.
+    pub is_shown: bool,
 }
 
 /// What colours suit a grid.

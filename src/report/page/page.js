@@ -47,7 +47,7 @@ for (const term of document.querySelectorAll("a.term")) {
 addEventListener("keydown", (event) => { if (event.key === "Escape") tip.hidden = true; });
 
 // Maps and images.
-const { sets, colours } = JSON.parse(document.getElementById("data").textContent);
+const { sets, colours, posterior } = JSON.parse(document.getElementById("data").textContent);
 const ramps = Object.fromEntries(Object.entries(colours).map(([name, stops]) => {
   const rgb = stops.map((hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16)));
   return [name, (t) => {

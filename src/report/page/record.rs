@@ -32,6 +32,14 @@ pub struct RunRecord {
     pub configuration: String,
     /// Warnings that no other file holds.
     pub warnings: Vec<String>,
+    /// False if it made no image, so that nothing need be said of how images are made.
+    #[serde(default = "always")]
+    pub makes_images: bool,
+}
+
+/// Records of older versions do not say.
+fn always() -> bool {
+    true
 }
 
 impl RunRecord {
@@ -49,6 +57,7 @@ impl RunRecord {
             seed: provenance.seed,
             configuration: provenance.config_toml.clone(),
             warnings: Vec::new(),
+            makes_images: true,
         }
     }
 

@@ -9,7 +9,7 @@ use crate::plot::ColourMap;
 
 const TEMPLATE: &str = include_str!("page.html.jinja");
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("corner.js"));
 /// Colours of a map handed to the script, which interpolates between them.
 const STOPS: usize = 33;
 
@@ -23,7 +23,7 @@ pub(super) fn html(page: &Page) -> Result<String> {
     environment.add_filter("signs", |text: String| Value::from_safe_string(signs(&text)));
     environment.add_template("page.html", TEMPLATE).map_err(faulty)?;
     let template = environment.get_template("page.html").map_err(faulty)?;
-    let data = serde_json::json!({ "sets": page.grids, "colours": colours() });
+    let data = serde_json::json!({ "sets": page.grids, "colours": colours(), "posterior": page.posterior });
     // Inside a script nothing may look like its end.
     let data = data.to_string().replace('<', "\\u003c");
     let heads: Vec<[&str; 2]> = page.grids.iter().map(|set| [set.id.as_str(), &set.title]).collect();
@@ -32,7 +32,7 @@ pub(super) fn html(page: &Page) -> Result<String> {
     html.map(|html| html.trim_start().to_owned()).map_err(faulty)
 }
 
-/// Text as HTML, with what follows `_` after a Greek letter or an A below the line, and what stands in `^{…}` raised.
+/// Text as HTML, with what follows `_` after a Greek letter, an A or a lone F, G, N or r below the line, and what stands in `^{…}` raised.
 fn signs(text: &str) -> String {
     let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
     let mut html = String::with_capacity(escaped.len());
@@ -41,7 +41,13 @@ fn signs(text: &str) -> String {
         let (before, after) = (&rest[..at], &rest[at + 1..]);
         html += before;
         let is_sign = |c: char| ('\u{370}'..='\u{3ff}').contains(&c) || "A₁₂|".contains(c);
-        let is_sign = |before: &str| before.trim_end_matches(['1', '2']).ends_with(is_sign);
+        let is_alone = |before: &str| {
+            let mut backwards = before.chars().rev();
+            let is_letter = backwards.next().is_some_and(|c| "FGNr".contains(c));
+            is_letter && !backwards.next().is_some_and(|c| c.is_alphanumeric() || "_.".contains(c))
+        };
+        let is_sign =
+            |before: &str| is_alone(before) || before.trim_end_matches(['1', '2']).ends_with(is_sign);
         let (tag, inner, length) = match (rest[at..].starts_with('^'), after.strip_prefix('{')) {
             (true, Some(braced)) => {
                 let inner = braced.split('}').next().unwrap_or("");
@@ -65,7 +71,7 @@ fn signs(text: &str) -> String {
 
 /// The words of a page, without figures and grids.
 pub(super) fn words_of(page: &Page) -> String {
-    let without = Page { grids: Vec::new(), figures: Vec::new(), ..page.clone() };
+    let without = Page { grids: Vec::new(), figures: Vec::new(), posterior: Vec::new(), ..page.clone() };
     let captions = page.figures.iter().map(|figure| figure.caption.as_str());
     let names = page.grids.iter().flat_map(|set| &set.grids).map(|grid| grid.name.as_str());
     let words = captions.chain(names).collect::<Vec<_>>().join(" ");
@@ -92,6 +98,7 @@ mod tests {
     fn signs_are_lowered_and_raised_and_names_stay() {
         assert_eq!(signs("Δ_h < 0.1, γ1_LOS."), "Δ<sub>h</sub> &lt; 0.1, γ1<sub>LOS</sub>.");
         assert_eq!(signs("e^{2iφ}, n_sersic, min_ess_"), "e<sup>2iφ</sup>, n_sersic, min_ess_");
+        assert_eq!(signs("10 r_s, (F_os), source.r_x"), "10 r<sub>s</sub>, (F<sub>os</sub>), source.r_x");
     }
 
     #[test]
@@ -111,6 +118,6 @@ mod tests {
         for fetched in ["http://", "https://", "@import", "<link rel=\"stylesheet", "url(http"] {
             assert!(!html.contains(fetched), "{fetched}");
         }
-        assert!(SCRIPT.lines().count() < 200 && STYLE.lines().count() < 200);
+        assert!(SCRIPT.lines().count() < 320 && STYLE.lines().count() < 200);
     }
 }

@@ -64,7 +64,9 @@ pub(super) fn of_markdown(text: &str) -> (Vec<String>, Vec<PageTable>) {
         let cells: Vec<&str> = cells.split('|').map(str::trim).collect();
         if !inside {
             let id = format!("result-{}", tables.len() + 1);
-            let columns = cells.iter().map(|head| Label { text: (*head).into(), ..Label::default() });
+            // A head without a word could not be pressed by its name.
+            let text = |head: &str| if head.is_empty() { "quantity".to_owned() } else { head.to_owned() };
+            let columns = cells.iter().map(|head| Label { text: text(head), ..Label::default() });
             let title =
                 if tables.is_empty() { "Result".into() } else { format!("Result, {}", tables.len() + 1) };
             tables.push(PageTable { id, title, columns: columns.collect(), ..PageTable::default() });
@@ -72,11 +74,33 @@ pub(super) fn of_markdown(text: &str) -> (Vec<String>, Vec<PageTable>) {
         } else if let Some(table) = tables.last_mut()
             && !cells.iter().all(|cell| !cell.is_empty() && cell.chars().all(|c| "-: ".contains(c)))
         {
-            let cell = |text: &&str| Cell { value: leading_number(text), ..text_cell(text) };
+            let cell = |text: &&str| match is_name(text) {
+                true => name_cell(text),
+                false => Cell { value: leading_number(text), ..text_cell(&with_true_minus(text)) },
+            };
             table.rows.push(cells.iter().map(cell).collect());
         }
     }
     (paragraphs, tables)
+}
+
+/// Whether a word is the name of a quantity in files, such as `gamma1_los`.
+fn is_name(text: &str) -> bool {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
+    text.contains('_') && text.chars().all(is_letter) && !text.starts_with("N_")
+}
+
+/// Minus signs before numbers as a person writes them.
+fn with_true_minus(text: &str) -> String {
+    let mut before = ' ';
+    let mut rest = text.chars().peekable();
+    let mut written = String::with_capacity(text.len());
+    while let Some(c) = rest.next() {
+        let is_minus = c == '-' && " [(".contains(before) && rest.peek().is_some_and(char::is_ascii_digit);
+        written.push(if is_minus { '−' } else { c });
+        before = c;
+    }
+    written
 }
 
 /// The number that a cell begins with, however it is written.
@@ -111,5 +135,10 @@ mod tests {
         assert_eq!((tables.len(), tables[0].columns[1].text.as_str()), (1, "x"));
         assert!((values[0].unwrap() + 2.1e-4).abs() < 1e-18 && values[1] == Some(1200.0), "{values:?}");
         assert_eq!(tables[0].rows[0][0].value, None);
+        let (_, tables) = of_markdown("| | full |\n|---|---|\n| gamma1_los | -0.01, 68% in [-0.02, 0.1] |\n");
+        let [name, value] = &tables[0].rows[0][..] else { panic!() };
+        assert_eq!(tables[0].columns[0].text, "quantity");
+        assert_eq!(name.label.as_ref().map(|label| label.sub.as_str()), Some("LOS"));
+        assert_eq!((value.text.as_str(), value.value), ("−0.01, 68% in [−0.02, 0.1]", Some(-0.01)));
     }
 }

@@ -40,8 +40,13 @@ const SIGNS: [(&str, &str, &str); 18] = [
 ];
 
 /// Whole names that are called otherwise.
-const NAMES: [(&str, &str, &str); 20] = [
+const NAMES: [(&str, &str, &str); 25] = [
     ("largest_kappa_h", "largest κ_h", "κ"),
+    ("rms_gamma_los", "√⟨|γ_LOS|²⟩", "LOS"),
+    ("rms_gamma_los_ring", "√⟨|γ_LOS|²⟩ along the ring", "ring"),
+    ("number_of_sightlines", "sightlines", ""),
+    ("number_failed", "sightlines that failed", ""),
+    ("chi2", "χ²", "χ²/dof"),
     ("chi2_reduced", "χ²/dof", "χ²/dof"),
     ("p_value", "p-value", "p-value"),
     ("worst_r_hat", "worst R-hat", "R-hat"),
@@ -132,6 +137,7 @@ mod tests {
         assert_eq!(shown("F2_os_disc_per_arcsec"), "F₂|os, disc|arcsec⁻¹|term-os");
         assert_eq!(shown("delta_tot"), "Δ|tot||term-Δ-tot");
         assert_eq!(shown("abs_f"), "|F||||term-F");
+        assert_eq!(shown("rms_gamma_los"), "√⟨|γ_LOS|²⟩|||term-LOS");
         assert_eq!(shown("lens.theta_E"), "lens.theta_E|||term-θ-E");
         assert_eq!(shown("residual_best_tidal_arcsec"), "residual best tidal||arcsec|");
         assert_eq!(shown("number_kept"), "haloes on the line of sight|||term-LOS");
