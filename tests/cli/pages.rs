@@ -78,7 +78,7 @@ fn the_page_of_a_fit_warns_first_and_shows_the_posterior_and_the_residual() {
     ] {
         assert!(html.contains(wanted), "no {wanted}");
     }
-    assert!(html.find("have not converged") < html.find("Posterior"));
+    assert!(html.find("have not converged") < html.find("<h2 id=\"posterior\""));
     assert_eq!(succeeds(&folder, "report fit"), "fit/report.html\n");
     assert!(read(&folder, "fit/report.html") == html);
 }
