@@ -41,7 +41,7 @@ impl LineOfSight {
             let mut through = segment.to_end::<1>(theta);
             let at_lens = through.clone();
             through.turn(f, |at| deflection([0, 1].map(|c| at[c] / chi - origin[c])));
-            let mut behind = through.from_here(theta.len());
+            let mut behind = through.starting_here(theta.len());
             for rays in [&mut through, &mut behind] {
                 rays.through::<1>(farther);
                 rays.advance::<1>(chi_source);
@@ -77,7 +77,7 @@ impl LineOfSight {
         let at_lens = through.clone();
         let origin = self.origin(chi).direction_arcsec();
         through.turn(f, |at| [0, 1].map(|c| at[c] / chi - origin[c] - centre_arcsec[c]));
-        let mut behind = through.from_here(RAYS);
+        let mut behind = through.starting_here(RAYS);
         let farther = self.through_meeting::<1>(&mut through, behind_lens..self.planes.len(), &nearby);
         behind.through::<1>(&self.planes[behind_lens..]);
         through.advance::<1>(chi_source);

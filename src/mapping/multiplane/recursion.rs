@@ -92,7 +92,7 @@ impl<const N: usize> RaysTogether<N> {
     }
 
     /// The first `used` rays with derivatives by their slopes here.
-    pub fn from_here(&self, used: usize) -> Self {
+    pub fn starting_here(&self, used: usize) -> Self {
         Self::from_points(self.chi_cmpc, used, |i| self.position(i), |i| self.slope(i))
     }
 
