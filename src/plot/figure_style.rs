@@ -2,7 +2,7 @@
 
 use super::colour::Colour;
 
-/// How a figure is written: what stands for the colours of [`Colour`] where they lie on the page and not on a picture, and how
+/// How a figure is written: what stands for the colours of `Colour` where they lie on the page and not on a picture, and how
 /// large letters and how thick lines are beside the page.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
