@@ -1,5 +1,6 @@
 //! What fits of tidal models say of sightlines, and where they fail.
 
+use super::which_shear::steps;
 use crate::plot::{Anchor, Axis, Caption, Colour, Corner, Figure, Mark, Panel, Rule, Shape, Stroke};
 
 /// Fitted against defined shears of one view and definition: (x, y, low, high).
@@ -65,16 +66,11 @@ pub fn fitted_shears(sets: &[FittedPoints]) -> Figure {
 pub fn coverage(views: &[CoverageView]) -> Figure {
     let panel = |view: &CoverageView| {
         let curve = |(number, (name, sigma)): (usize, &(String, Vec<f64>))| {
-            let mut sigma: Vec<f64> = sigma.iter().copied().filter(|v| v.is_finite() && *v > 0.0).collect();
-            sigma.sort_by(f64::total_cmp);
-            let n = sigma.len() as f64;
-            let step = |(i, v): (usize, &f64)| [[*v, i as f64 / n], [*v, (i + 1) as f64 / n]];
-            let steps: Vec<[f64; 2]> = sigma.iter().enumerate().flat_map(step).collect();
             let stroke = match number < 5 {
                 true => Stroke::solid(Colour::of_curve(number), 1.0),
                 false => Stroke::solid(Colour::GREY, 1.0),
             };
-            Mark::line(steps, stroke).named(name.as_str())
+            Mark::line(steps(sigma), stroke).named(name.as_str())
         };
         let right: Vec<[f64; 2]> = (0..=120)
             .map(|i| 10f64.powf(-1.0 + 3.0 * f64::from(i) / 120.0))

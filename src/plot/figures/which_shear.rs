@@ -5,12 +5,7 @@ use crate::plot::{Axis, Colour, Corner, Figure, Mark, Panel, Stroke};
 /// The fraction of fits within so many σ of each definition, given by its name and the deviations of all fits.
 pub fn deviations(definitions: &[(String, Vec<f64>)]) -> Figure {
     let curve = |(number, (name, sigma)): (usize, &(String, Vec<f64>))| {
-        let mut sigma: Vec<f64> = sigma.iter().copied().filter(|v| v.is_finite() && *v > 0.0).collect();
-        sigma.sort_by(f64::total_cmp);
-        let n = sigma.len() as f64;
-        let step = |(i, v): (usize, &f64)| [[*v, i as f64 / n], [*v, (i + 1) as f64 / n]];
-        let steps: Vec<[f64; 2]> = sigma.iter().enumerate().flat_map(step).collect();
-        Mark::line(steps, Stroke::solid(Colour::of_curve(number), 1.0)).named(name.as_str())
+        Mark::line(steps(sigma), Stroke::solid(Colour::of_curve(number), 1.0)).named(name.as_str())
     };
     let x = Axis::log("deviation from the definition [σ]");
     let y = Axis::linear("fraction of fits").between(0.0, 1.0);
@@ -29,4 +24,13 @@ mod tests {
         assert_eq!(figure.panels[0].marks.len(), 2);
         assert!(figure.to_svg().contains("axis"));
     }
+}
+
+/// The fraction of values up to each of them, as the corners of steps; values that no logarithm has are left out.
+pub(super) fn steps(values: &[f64]) -> Vec<[f64; 2]> {
+    let mut values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite() && *v > 0.0).collect();
+    values.sort_by(f64::total_cmp);
+    let n = values.len() as f64;
+    let step = |(i, v): (usize, &f64)| [[*v, i as f64 / n], [*v, (i + 1) as f64 / n]];
+    values.iter().enumerate().flat_map(step).collect()
 }
