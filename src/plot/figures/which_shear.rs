@@ -14,6 +14,15 @@ pub fn deviations(definitions: &[(String, Vec<f64>)]) -> Figure {
     Figure::full_width("Which shear fits measure", 0.6, 1, [panel])
 }
 
+/// The fraction of values up to each of them, as the corners of steps; values that no logarithm has are left out.
+pub(super) fn steps(values: &[f64]) -> Vec<[f64; 2]> {
+    let mut values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite() && *v > 0.0).collect();
+    values.sort_by(f64::total_cmp);
+    let n = values.len() as f64;
+    let step = |(i, v): (usize, &f64)| [[*v, i as f64 / n], [*v, (i + 1) as f64 / n]];
+    values.iter().enumerate().flat_map(step).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -24,13 +33,4 @@ mod tests {
         assert_eq!(figure.panels[0].marks.len(), 2);
         assert!(figure.to_svg().contains("axis"));
     }
-}
-
-/// The fraction of values up to each of them, as the corners of steps; values that no logarithm has are left out.
-pub(super) fn steps(values: &[f64]) -> Vec<[f64; 2]> {
-    let mut values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite() && *v > 0.0).collect();
-    values.sort_by(f64::total_cmp);
-    let n = values.len() as f64;
-    let step = |(i, v): (usize, &f64)| [[*v, i as f64 / n], [*v, (i + 1) as f64 / n]];
-    values.iter().enumerate().flat_map(step).collect()
 }
