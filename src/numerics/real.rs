@@ -25,12 +25,10 @@ pub trait Real:
     fn mantissa_and_exponent(self) -> (Self, Self);
     /// `other` where `test` is below `limit`, elsewhere this number.
     fn or_below(self, test: Self, limit: f64, other: Self) -> Self;
-    /// Functions of each number by itself.
-    fn each<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self; N];
-    /// Whether every number is below `limit`.
-    fn is_below(self, limit: f64) -> bool;
-    /// The largest of the numbers, at least 0.
-    fn largest(self) -> f64;
+    /// Functions of the numbers that stand at the same place of each column.
+    fn each<const M: usize, const N: usize>(columns: [Self; M], f: &impl Each<M, N>) -> [Self; N];
+    /// The least and the largest of the numbers.
+    fn extent(self) -> [f64; 2];
 
     /// Square root.
     #[inline(always)]
@@ -61,6 +59,13 @@ pub trait Real:
     fn unless_below(self, test: Self, limit: f64, value: f64) -> Self {
         self.zip(test, |v, test| if test < limit { value } else { v })
     }
+}
+
+/// `N` numbers of `M` numbers, for [`Real::each`]. A trait, since closures and functions that are handed over are not always
+/// compiled into their caller and for its instruction set.
+pub trait Each<const M: usize, const N: usize> {
+    /// The numbers of these.
+    fn of(&self, numbers: [f64; M]) -> [f64; N];
 }
 
 /// x = 2^e·m with m in [√½, √2), for positive normal x.
@@ -103,18 +108,13 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn each<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self; N] {
-        f(self)
+    fn each<const M: usize, const N: usize>(columns: [Self; M], f: &impl Each<M, N>) -> [Self; N] {
+        f.of(columns)
     }
 
     #[inline(always)]
-    fn is_below(self, limit: f64) -> bool {
-        self < limit
-    }
-
-    #[inline(always)]
-    fn largest(self) -> f64 {
-        f64::max(0.0, self)
+    fn extent(self) -> [f64; 2] {
+        [self; 2]
     }
 }
 
@@ -244,24 +244,33 @@ impl Real for Lanes {
     }
 
     #[inline(always)]
-    fn each<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self; N] {
+    fn each<const M: usize, const N: usize>(columns: [Self; M], f: &impl Each<M, N>) -> [Self; N] {
         let mut out = [Self::ZERO; N];
         for i in 0..LANES {
-            for (lanes, value) in out.iter_mut().zip(f(self.0[i])) {
-                lanes.0[i] = value;
+            let mut numbers = [0.0; M];
+            for c in 0..M {
+                numbers[c] = columns[c].0[i];
+            }
+            let values = f.of(numbers);
+            for n in 0..N {
+                out[n].0[i] = values[n];
             }
         }
         out
     }
 
     #[inline(always)]
-    fn is_below(self, limit: f64) -> bool {
-        self.0.iter().all(|v| *v < limit)
-    }
-
-    #[inline(always)]
-    fn largest(self) -> f64 {
-        self.0.iter().copied().fold(0.0, f64::max)
+    fn extent(self) -> [f64; 2] {
+        let (mut least, mut largest) = (self.0, self.0);
+        let mut n = LANES;
+        while n > 1 {
+            n /= 2;
+            for i in 0..n {
+                least[i] = if least[i + n] < least[i] { least[i + n] } else { least[i] };
+                largest[i] = if largest[i + n] > largest[i] { largest[i + n] } else { largest[i] };
+            }
+        }
+        [least[0], largest[0]]
     }
 }
 
@@ -343,6 +352,7 @@ mod tests {
     fn a_short_run_repeats_its_last_number() {
         assert_eq!(Lanes::load(&[1.0, 2.0], 1).0, [2.0; LANES]);
         assert_eq!(Lanes::splat(0.5).sum(), 0.5 * LANES as f64);
+        assert_eq!(Lanes(std::array::from_fn(|i| 3.0 - i as f64)).extent(), [4.0 - LANES as f64, 3.0]);
         assert_eq!(Lanes::load_flags(&[false, true], 1).sum(), 1.0);
     }
 }

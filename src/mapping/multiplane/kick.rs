@@ -149,8 +149,8 @@ fn regime<const N: usize>(u: &[f64; N]) -> Regime {
     let (mut inner, mut outer, mut far) = (0_u64, 0_u64, 0_u64);
     for v in u {
         inner += u64::from(*v < nfw_radial::INNER_END);
-        outer += u64::from(*v > nfw_radial::OUTER_START);
-        far += u64::from(*v > nfw_radial::FAR_START);
+        outer += u64::from(*v >= nfw_radial::OUTER_START);
+        far += u64::from(*v >= nfw_radial::FAR_START);
     }
     let all = N as u64;
     match (inner, outer, far) {

@@ -4,7 +4,6 @@ use std::ops::{Add, Mul, Sub};
 
 use nalgebra::Complex;
 
-use super::jet::Jet;
 use crate::numerics::complex::Cx;
 use crate::numerics::real::Real;
 
@@ -48,24 +47,5 @@ impl Algebra for Complex<f64> {
 
     fn plus(self, term: Complex<f64>) -> Self {
         term + self
-    }
-}
-
-impl Algebra for Jet {
-    fn conj(self) -> Self {
-        Self {
-            value: self.value.conj(),
-            first: self.first.map(|v| v.conj()),
-            second: self.second.map(|v| v.conj()),
-        }
-    }
-
-    fn times(self, factor: Complex<f64>) -> Self {
-        let by = |v: Complex<f64>| factor * v;
-        Self { value: by(self.value), first: self.first.map(by), second: self.second.map(by) }
-    }
-
-    fn plus(self, term: Complex<f64>) -> Self {
-        Self { value: term + self.value, ..self }
     }
 }

@@ -170,7 +170,6 @@ fn deflection(at: Complex<f64>, lenses: &[MassModel]) -> Complex<f64> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::jet::Jet;
     use super::super::{LineOfSightModel, TidalLens};
     use super::*;
     use crate::numerics::differences::derivative;
@@ -196,8 +195,10 @@ mod tests {
         [MassModel::Epl(Epl::new(1.4, 2.2, [0.1, -0.05], [0.02, 0.03]).unwrap())]
     }
 
-    fn ray(model: &FlexionModel, theta: [f64; 2]) -> Jet {
-        TidalLens::new(LineOfSightModel::Flexion(*model), lens().to_vec()).ray(theta)
+    /// β of a ray and its derivatives by x and y.
+    fn ray(model: &FlexionModel, theta: [f64; 2]) -> [Complex<f64>; 3] {
+        let jet = TidalLens::new(LineOfSightModel::Flexion(*model), lens().to_vec()).ray(theta);
+        [jet.value, jet.first[0], jet.first[1]].map(|v| Complex::new(v.re, v.im))
     }
 
     /// |∇φ − Ãᵀ∂φ/∂β̃| in arcsec, ∇φ by differences.
@@ -206,18 +207,18 @@ mod tests {
         let phi = |x, y| model.fermat_arcsec2(x, y, &lenses);
         let gradient = Complex::new(derivative(|x| phi(x, y), x, 4e-3), derivative(|y| phi(x, y), y, 4e-3));
         let pull = -minimal.pull(minimal.effective_deflection(x, y, &lenses));
-        let [d_x, d_y] = ray(&minimal, [x, y]).first;
+        let [_, d_x, d_y] = ray(&minimal, [x, y]);
         (gradient - Complex::new((d_x.conj() * pull).re, (d_y.conj() * pull).re)).norm()
     }
 
     /// |β̃ − (β − (κ_od−κ_ds)β − (γ_od−γ_ds)β̄ − q(β; od − 2ds))| in arcsec.
     fn source_gap(model: &FlexionModel, theta: [f64; 2]) -> f64 {
-        let beta = ray(model, theta).value;
+        let [beta, ..] = ray(model, theta);
         let convergence = model.od.kappa - model.ds.kappa;
         let shear = model.od.gamma - model.ds.gamma;
         let flexion = model.flexion_od.minus(&model.flexion_2ds);
         let seen = beta - beta * convergence - beta.conj() * shear - flexion.bend(beta);
-        (ray(&model.to_minimal(), theta).value - seen).norm()
+        (ray(&model.to_minimal(), theta)[0] - seen).norm()
     }
 
     proptest! {

@@ -1,112 +1,134 @@
-//! Second-order Taylor expansions in θ of complex functions: values with all first and second derivatives.
+//! Taylor expansions in θ of complex functions, of first order or of second, at one point or in SIMD lanes.
 
 use std::ops::{Add, Mul, Sub};
 
 use nalgebra::Complex;
 
-use crate::profile::mass::{MassModel, MassProfile};
+use super::algebra::Algebra;
+use crate::numerics::complex::Cx;
+use crate::numerics::real::Real;
 
-type C = Complex<f64>;
-
-/// A complex function of θ = (x, y) with its derivatives (x, y, xx, xy, yy) at one point.
+/// A complex function of θ = (x, y) with its derivatives: `S` = 0 second ones or all 3.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Jet {
-    pub value: C,
+pub(super) struct Jet<R, const S: usize> {
+    pub value: Cx<R>,
     /// ∂/∂x, ∂/∂y.
-    pub first: [C; 2],
+    pub first: [Cx<R>; 2],
     /// ∂²/∂x², ∂²/∂x∂y, ∂²/∂y².
-    pub second: [C; 3],
+    pub second: [Cx<R>; S],
 }
 
-const ZERO: C = Complex::new(0.0, 0.0);
+/// Which two first derivatives make each second one.
+const PAIRS: [(usize, usize); 3] = [(0, 0), (0, 1), (1, 1)];
 
-impl Jet {
+impl<R: Real, const S: usize> Jet<R, S> {
     /// θ itself as the complex number x + iy.
-    pub fn theta(x: f64, y: f64) -> Self {
-        let (one, i) = (Complex::new(1.0, 0.0), Complex::new(0.0, 1.0));
-        Self { value: Complex::new(x, y), first: [one, i], second: [ZERO; 3] }
+    #[inline(always)]
+    pub fn theta(x: R, y: R) -> Self {
+        let first = [Cx::splat(1.0, 0.0), Cx::splat(0.0, 1.0)];
+        Self { value: Cx::new(x, y), first, second: [Cx::zero(); S] }
     }
 
-    /// Deflection α_x + iα_y of the lenses at this position, by the chain rule; without `SECOND` the second derivatives
-    /// lack what the third derivatives of the potential add to them.
-    pub fn deflected_by<const SECOND: bool>(self, lenses: &[MassModel]) -> Self {
-        let (x, y) = (self.value.re, self.value.im);
-        let mut value = ZERO;
-        let (mut hessian, mut third) = ([0.0; 3], [0.0; 4]);
-        for lens in lenses {
-            let [ax, ay] = lens.deflection(x, y);
-            value += Complex::new(ax, ay);
-            add(&mut hessian, lens.hessian(x, y));
-            if SECOND {
-                add(&mut third, lens.third_derivatives(x, y));
-            }
+    /// The deflection `alpha` of lenses at this position, by the chain rule from the Hessian of their potential there and, for
+    /// second derivatives, its third derivatives.
+    #[inline(always)]
+    pub fn deflected(&self, alpha: Cx<R>, hessian: [R; 3], third: [R; 4]) -> Self {
+        let along = [Cx::new(hessian[0], hessian[1]), Cx::new(hessian[1], hessian[2])];
+        let mut deflected = Self { value: alpha, ..*self };
+        for (out, d) in deflected.first.iter_mut().zip(self.first) {
+            *out = along[0].scale(d.re) + along[1].scale(d.im);
         }
-        let along = [Complex::new(hessian[0], hessian[1]), Complex::new(hessian[1], hessian[2])];
-        let bend = [0, 1, 2].map(|i| Complex::new(third[i], third[i + 1]));
-        let first = self.first.map(|d| along[0] * d.re + along[1] * d.im);
-        let second = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| {
-            let (a, b, ab) = (self.first[i], self.first[j], self.second[i + j]);
-            bend[0] * (a.re * b.re)
-                + bend[1] * (a.re * b.im + a.im * b.re)
-                + bend[2] * (a.im * b.im)
-                + along[0] * ab.re
-                + along[1] * ab.im
-        });
-        Self { value, first, second }
+        for (n, (i, j)) in PAIRS.into_iter().enumerate().take(S) {
+            let (a, b, ab) = (self.first[i], self.first[j], self.second[n]);
+            deflected.second[n] = Cx::new(third[0], third[1]).scale(a.re * b.re)
+                + Cx::new(third[1], third[2]).scale(a.re * b.im + a.im * b.re)
+                + Cx::new(third[2], third[3]).scale(a.im * b.im)
+                + along[0].scale(ab.re)
+                + along[1].scale(ab.im);
+        }
+        deflected
     }
 }
 
-fn add<const N: usize>(sum: &mut [f64; N], terms: [f64; N]) {
-    sum.iter_mut().zip(terms).for_each(|(s, t)| *s += t);
+/// The same linear function of value and derivatives. A macro, since closures are not always compiled into their caller.
+macro_rules! linear {
+    ($jet:expr, $v:ident => $image:expr) => {{
+        let mut jet = $jet;
+        for v in [&mut jet.value].into_iter().chain(&mut jet.first).chain(&mut jet.second) {
+            let $v = *v;
+            *v = $image;
+        }
+        jet
+    }};
 }
 
-impl Add for Jet {
+impl<R: Real, const S: usize> Add for Jet<R, S> {
     type Output = Self;
 
-    fn add(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            first: [0, 1].map(|i| self.first[i] + other.first[i]),
-            second: [0, 1, 2].map(|i| self.second[i] + other.second[i]),
+    #[inline(always)]
+    fn add(mut self, other: Self) -> Self {
+        self.value += other.value;
+        for (v, other) in self.first.iter_mut().zip(other.first) {
+            *v += other;
         }
+        for (v, other) in self.second.iter_mut().zip(other.second) {
+            *v += other;
+        }
+        self
     }
 }
 
-impl Sub for Jet {
+impl<R: Real, const S: usize> Sub for Jet<R, S> {
     type Output = Self;
 
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self + other * -1.0
+        self.add(linear!(other, v => -v))
     }
 }
 
-impl Mul<f64> for Jet {
+impl<R: Real, const S: usize> Mul<f64> for Jet<R, S> {
     type Output = Self;
 
+    #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self {
-            value: self.value * factor,
-            first: self.first.map(|v| v * factor),
-            second: self.second.map(|v| v * factor),
-        }
+        linear!(self, v => v * factor)
     }
 }
 
-impl Mul for Jet {
+impl<R: Real, const S: usize> Mul for Jet<R, S> {
     type Output = Self;
 
-    #[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self, other);
-        Self {
-            value: a.value * b.value,
-            first: [0, 1].map(|i| a.first[i] * b.value + a.value * b.first[i]),
-            second: [(0, 0), (0, 1), (1, 1)].map(|(i, j)| {
-                a.second[i + j] * b.value
-                    + a.first[i] * b.first[j]
-                    + a.first[j] * b.first[i]
-                    + a.value * b.second[i + j]
-            }),
+        let mut product = Self { value: a.value * b.value, ..a };
+        for (i, out) in product.first.iter_mut().enumerate() {
+            *out = a.first[i] * b.value + a.value * b.first[i];
         }
+        for (n, (i, j)) in PAIRS.into_iter().enumerate().take(S) {
+            product.second[n] = a.second[n] * b.value
+                + a.first[i] * b.first[j]
+                + a.first[j] * b.first[i]
+                + a.value * b.second[n];
+        }
+        product
+    }
+}
+
+impl<R: Real, const S: usize> Algebra for Jet<R, S> {
+    #[inline(always)]
+    fn conj(self) -> Self {
+        linear!(self, v => v.conj())
+    }
+
+    #[inline(always)]
+    fn times(self, factor: Complex<f64>) -> Self {
+        linear!(self, v => v.times(factor))
+    }
+
+    #[inline(always)]
+    fn plus(self, term: Complex<f64>) -> Self {
+        Self { value: self.value.plus(term), ..self }
     }
 }

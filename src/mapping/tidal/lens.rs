@@ -3,6 +3,7 @@
 use nalgebra::Complex;
 use rayon::prelude::*;
 
+use super::algebra::Algebra;
 use super::equation::Equation;
 use super::jet::Jet;
 use super::model::LineOfSightModel;
@@ -11,8 +12,8 @@ use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
 use crate::monitor::Monitor;
 use crate::numerics::complex::Cx;
-use crate::numerics::real::{LANES, Lanes};
-use crate::profile::mass::MassModel;
+use crate::numerics::real::{LANES, Lanes, Real};
+use crate::profile::mass::{MassModel, MassProfile};
 
 /// One or more mass profiles in one plane, seen through a tidal model of the line of sight.
 #[derive(Debug, Clone)]
@@ -32,51 +33,83 @@ impl TidalLens {
     }
 
     /// β of a ray as a function of its direction.
-    pub(super) fn ray(&self, theta: [f64; 2]) -> Jet {
-        self.expanded::<true>(theta)
+    pub(super) fn ray(&self, [x, y]: [f64; 2]) -> Jet<f64, 3> {
+        self.beta(Jet::theta(x, y), |at: Jet<f64, 3>| {
+            let (mut alpha, mut hessian, mut third) = (Cx::zero(), [0.0; 3], [0.0; 4]);
+            for lens in &self.lenses {
+                let (own, own_hessian) = lens.expand(at.value.re, at.value.im);
+                alpha += own;
+                add(&mut hessian, own_hessian);
+                add(&mut third, lens.third_derivatives(at.value.re, at.value.im));
+            }
+            at.deflected(alpha, hessian, third)
+        })
     }
 
-    /// β of a ray as a function of its direction, to second order or to first.
-    fn expanded<const SECOND: bool>(&self, [x, y]: [f64; 2]) -> Jet {
-        let (equation, theta) = (Equation::of(&self.model), Jet::theta(x, y));
-        let alpha_d = equation.at_lens(theta).deflected_by::<SECOND>(&self.lenses);
+    /// β of rays, or of one and its neighbours, from θ and what the lenses do to a ray that meets them somewhere.
+    #[inline(always)]
+    fn beta<C: Algebra>(&self, theta: C, deflected: impl Fn(C) -> C) -> C {
+        let equation = Equation::of(&self.model);
+        let alpha_d = deflected(equation.at_lens(theta));
         let alpha = match equation {
             Equation::Full { .. } => alpha_d,
-            Equation::Flexion(_) => theta.deflected_by::<SECOND>(&self.lenses),
+            Equation::Flexion(_) => deflected(theta),
         };
         equation.beta(theta, alpha_d, alpha)
     }
 
-    /// β of rays alone, lanes at a time.
+    /// β of rays alone.
     fn positions(&self, theta_arcsec: &[[f64; 2]]) -> RayBundle {
-        let equation = Equation::of(&self.model);
-        let deflected = |at: Cx<Lanes>| {
-            let each = self.lenses.iter().map(|lens| lens.deflection_lanes(at.re, at.im));
-            each.fold(Cx::zero(), |sum, alpha| sum + alpha)
-        };
-        let of_block = |block: &[[f64; 2]]| {
-            let lanes = |c: usize| Lanes(std::array::from_fn(|i| block[i.min(block.len() - 1)][c]));
-            let theta = Cx::new(lanes(0), lanes(1));
-            let alpha_d = deflected(equation.at_lens(theta));
-            let alpha = match equation {
-                Equation::Full { .. } => alpha_d,
-                Equation::Flexion(_) => deflected(theta),
+        let mut rays = RayBundle { beta_arcsec: vec![[0.0; 2]; theta_arcsec.len()], ..RayBundle::default() };
+        for (theta, beta) in theta_arcsec.chunks(LANES).zip(rays.beta_arcsec.chunks_mut(LANES)) {
+            let (x, y) = lanes(theta);
+            let sum = |at: Cx<Lanes>| {
+                let mut alpha = Cx::zero();
+                for lens in &self.lenses {
+                    alpha += lens.deflection_lanes(at.re, at.im);
+                }
+                alpha
             };
-            let beta = equation.beta(theta, alpha_d, alpha);
-            (0..block.len()).map(move |i| [beta.re.0[i], beta.im.0[i]]).collect::<Vec<_>>()
-        };
-        let beta_arcsec = theta_arcsec.chunks(LANES).flat_map(of_block).collect();
-        RayBundle { beta_arcsec, ..RayBundle::default() }
+            store(self.beta(Cx::new(x, y), sum), beta);
+        }
+        rays
     }
 
-    /// β of rays with derivatives.
-    fn expansions<const SECOND: bool>(&self, theta_arcsec: &[[f64; 2]]) -> RayBundle {
-        let jets: Vec<Jet> = theta_arcsec.iter().map(|&theta| self.expanded::<SECOND>(theta)).collect();
-        let second = |jet: &Jet| components(&jet.second);
+    /// β and the Jacobian of rays.
+    fn jacobians(&self, theta_arcsec: &[[f64; 2]]) -> RayBundle {
+        let mut rays = RayBundle {
+            beta_arcsec: vec![[0.0; 2]; theta_arcsec.len()],
+            jacobian: vec![[0.0; 4]; theta_arcsec.len()],
+            ..RayBundle::default()
+        };
+        let columns = rays.beta_arcsec.chunks_mut(LANES).zip(rays.jacobian.chunks_mut(LANES));
+        for (theta, (beta, jacobian)) in theta_arcsec.chunks(LANES).zip(columns) {
+            let (x, y) = lanes(theta);
+            let jet = self.beta(Jet::theta(x, y), |at: Jet<Lanes, 0>| {
+                let (mut alpha, mut hessian) = (Cx::zero(), [Lanes::ZERO; 3]);
+                for lens in &self.lenses {
+                    let (own, own_hessian) = lens.expansion_lanes(at.value.re, at.value.im);
+                    alpha += own;
+                    add(&mut hessian, own_hessian);
+                }
+                at.deflected(alpha, hessian, [Lanes::ZERO; 4])
+            });
+            store(jet.value, beta);
+            let [d_x, d_y] = jet.first;
+            for (i, out) in jacobian.iter_mut().enumerate() {
+                *out = [d_x.re.0[i], d_y.re.0[i], d_x.im.0[i], d_y.im.0[i]];
+            }
+        }
+        rays
+    }
+
+    /// β of rays with first and second derivatives.
+    fn second_derivatives(&self, theta_arcsec: &[[f64; 2]]) -> RayBundle {
+        let jets: Vec<_> = theta_arcsec.iter().map(|&theta| self.ray(theta)).collect();
         RayBundle {
             beta_arcsec: jets.iter().map(|j| [j.value.re, j.value.im]).collect(),
             jacobian: jets.iter().map(|j| components(&j.first)).collect(),
-            second_per_arcsec: if SECOND { jets.iter().map(second).collect() } else { Vec::new() },
+            second_per_arcsec: jets.iter().map(|j| components(&j.second)).collect(),
         }
     }
 
@@ -93,8 +126,8 @@ impl Mapping for TidalLens {
         const BLOCK: usize = 8 * LANES;
         RayBundle::in_blocks(theta_arcsec, BLOCK, monitor, |theta| match order {
             Order::Position => self.positions(theta),
-            Order::Jacobian => self.expansions::<false>(theta),
-            Order::SecondDerivatives => self.expansions::<true>(theta),
+            Order::Jacobian => self.jacobians(theta),
+            Order::SecondDerivatives => self.second_derivatives(theta),
         })
     }
 
@@ -106,8 +139,33 @@ impl Mapping for TidalLens {
     }
 }
 
+/// The coordinates of at most [`LANES`] rays, the last one again where there are fewer.
+#[inline(always)]
+fn lanes(theta: &[[f64; 2]]) -> (Lanes, Lanes) {
+    let (mut x, mut y) = (Lanes::ZERO, Lanes::ZERO);
+    for i in 0..LANES {
+        [x.0[i], y.0[i]] = theta[i.min(theta.len() - 1)];
+    }
+    (x, y)
+}
+
+/// As many lanes as there is room for.
+#[inline(always)]
+fn store(beta: Cx<Lanes>, out: &mut [[f64; 2]]) {
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = [beta.re.0[i], beta.im.0[i]];
+    }
+}
+
+#[inline(always)]
+fn add<R: Real, const N: usize>(sum: &mut [R; N], terms: [R; N]) {
+    for i in 0..N {
+        sum[i] += terms[i];
+    }
+}
+
 /// Derivatives of β_x, then those of β_y.
-fn components<const N: usize, const M: usize>(derivatives: &[Complex<f64>; N]) -> [f64; M] {
+fn components<const N: usize, const M: usize>(derivatives: &[Cx<f64>; N]) -> [f64; M] {
     std::array::from_fn(|i| if i < N { derivatives[i].re } else { derivatives[i - N].im })
 }
 

@@ -137,10 +137,12 @@ impl MassProfile for BoxyEpl {
         response
     }
 
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        let (at, [xx, xy, yy]) = (self.multipole(x, y), self.epl.hessian(x, y));
+    #[inline(always)]
+    fn expand<R: Real>(&self, x: R, y: R) -> (Cx<R>, [R; 3]) {
+        let (at, (alpha, [xx, xy, yy])) = (self.multipole(x, y), self.epl.expand(x, y));
         let shear = at.shear();
-        [xx + at.kappa + shear.re, xy + shear.im, yy + at.kappa - shear.re]
+        let hessian = [xx + at.kappa + shear.re, xy + shear.im, yy + at.kappa - shear.re];
+        (alpha + at.deflection() * self.strength_arcsec, hessian)
     }
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {

@@ -186,11 +186,12 @@ impl MassProfile for Epl {
         response
     }
 
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+    #[inline(always)]
+    fn expand<R: Real>(&self, x: R, y: R) -> (Cx<R>, [R; 3]) {
         let f = self.frame(x, y);
         let deflection = (f.zeta * self.sum(f.s)).scale(f.power);
         let (convergence, shear) = self.distortion(&f, deflection);
-        Response { deflection, convergence, shear }.hessian()
+        (deflection, Response { deflection, convergence, shear }.hessian())
     }
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {

@@ -94,8 +94,9 @@ impl MassProfile for External {
         Response::new(self.deflect(x, y), hessian)
     }
 
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        self.hessian_at(self.offset(x, y))
+    #[inline(always)]
+    fn expand<R: Real>(&self, x: R, y: R) -> (Cx<R>, [R; 3]) {
+        (self.deflect(x, y), self.hessian_at(self.offset(x, y)))
     }
 
     fn third_derivatives(&self, _: f64, _: f64) -> [f64; 4] {

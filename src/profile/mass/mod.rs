@@ -44,13 +44,13 @@ mass_models! {
     /// Navarro–Frenk–White halo.
     Nfw(Nfw) in kernels;
     /// Truncated NFW halo.
-    TruncatedNfw(TruncatedNfw) in each_lane;
+    TruncatedNfw(TruncatedNfw) in kernels;
     /// Sérsic profile of the convergence.
     Sersic(SersicMass) in kernels;
     /// Point mass.
     PointMass(PointMass) in each_lane;
     /// Convergence, shear and flexion from outside.
-    External(External) in each_lane;
+    External(External) in kernels;
     /// Shear from outside by strength and direction.
     PolarShear(PolarShear) in each_lane;
 }

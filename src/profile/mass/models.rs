@@ -33,6 +33,11 @@ macro_rules! mass_models {
                 match self { $(Self::$model(profile) => $lanes::deflect(profile, &x, &y),)* }
             }
 
+            /// Deflection and Hessian in every lane.
+            pub(crate) fn expansion_lanes(&self, x: Lanes, y: Lanes) -> (Cx<Lanes>, [Lanes; 3]) {
+                match self { $(Self::$model(profile) => $lanes::expand(profile, &x, &y),)* }
+            }
+
             /// Deflection, convergence, shear and parameter derivatives in every lane.
             pub(crate) fn response_lanes(&self, x: Lanes, y: Lanes, by_parameter: &mut [Cx<Lanes>]) -> Response<Lanes> {
                 match self { $(Self::$model(profile) => $lanes::respond(profile, &x, &y, by_parameter),)* }
@@ -52,8 +57,8 @@ macro_rules! mass_models {
                 match self { $(Self::$model(profile) => profile.respond(x, y, by_parameter),)* }
             }
 
-            fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-                match self { $(Self::$model(profile) => profile.hessian(x, y),)* }
+            fn expand<R: Real>(&self, x: R, y: R) -> (Cx<R>, [R; 3]) {
+                match self { $(Self::$model(profile) => profile.expand(x, y),)* }
             }
 
             fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {

@@ -52,8 +52,9 @@ impl RadialLaw for NfwLaw {
         Nfw::new(r_s, alpha_rs, [x, y])?.with_elliptical_potential([e1, e2])
     }
 
-    fn radial(&self, u: f64) -> [f64; 3] {
-        nfw_radial::basis(u).nfw()
+    #[inline(always)]
+    fn radial<R: Real>(&self, u: R) -> [R; 3] {
+        nfw_radial::nfw(u)
     }
 
     fn potential(&self, u: f64) -> f64 {
@@ -62,21 +63,12 @@ impl RadialLaw for NfwLaw {
 
     #[inline(always)]
     fn m<R: Real>(&self, u: R) -> R {
-        let [m] = if u.is_below(nfw_radial::INNER_END) {
-            u.each(|u| [nfw_radial::m_inner(u)])
-        } else {
-            u.each(|u| [nfw_radial::m(u)])
-        };
-        m
+        nfw_radial::m(u)
     }
 
     #[inline(always)]
     fn respond<R: Real>(&self, u: R, k: f64, scale_arcsec: f64) -> ([R; 2], [R; 3]) {
-        let [m, p1, _] = if u.is_below(nfw_radial::INNER_END) {
-            u.each(|u| nfw_radial::inner(u).nfw())
-        } else {
-            u.each(|u| nfw_radial::basis(u).nfw())
-        };
+        let [m, p1, _] = self.radial(u);
         let by_r_s = by_scale(p1, k, scale_arcsec) - m * k / R::splat(scale_arcsec);
         ([m, p1], [by_r_s, m * Nfw::strength(scale_arcsec, 1.0), R::splat(0.0)])
     }

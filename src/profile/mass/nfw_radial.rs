@@ -6,16 +6,17 @@
 //!
 //! u·m = L + A,   u·m′ = E/2 − m,   u²·m″ = −E/2 − H/4 − 2u·m′   (Bartelmann 1996; E/2 is its κ).
 //!
-//! Four regimes, blended by nothing: `inner` (u < 0.8), `seam`, `outer` (u > 1.25), `far` (u > 7). Each is
+//! Four regimes, blended by nothing: `inner` (u < 0.8), `seam`, `outer` (u ≥ 1.25), `far` (u ≥ 7). Each is
 //! branch-free, so a loop over rays inside one regime becomes SIMD code with the same bits.
 
 use crate::numerics::elementary::{arctan, arctan_over_argument, artanh_over_argument, ln};
+use crate::numerics::real::{Each, Real};
 
 /// Below this u the form without cancellation at u → 0 is used.
 pub const INNER_END: f64 = 0.8;
-/// Above this u the arctan form is used.
+/// From this u on the arctan form is used.
 pub const OUTER_START: f64 = 1.25;
-/// Above this u, √(u−1) > 1 + √2 and the form with few divisions is used.
+/// From this u on, √(u−1) > 1 + √2 and the form with few divisions is used.
 pub const FAR_START: f64 = 7.0;
 /// u is never taken smaller: at the very centre κ diverges as −ln r and is evaluated at r = 1e-15 r_s.
 pub const U_FLOOR: f64 = 1e-30;
@@ -46,19 +47,12 @@ impl Basis {
 
 /// m(u) for u < [`INNER_END`]: [−L − ½S(q)]/[w(1+w)], w = √(1−u), q = u/(2(1+w)), S = −ln(1−q)/q.
 #[inline(always)]
-pub fn m_inner(u: f64) -> f64 {
+fn m_inner(u: f64) -> f64 {
     let w = (1.0 - u).sqrt();
     let q = 0.5 * u / (1.0 + w);
     let inv = 1.0 / (2.0 - q);
     let s = q * inv;
     (-0.5 * ln(0.25 * u) - inv * artanh_over_argument(s * s)) / (w * (1.0 + w))
-}
-
-/// m(u) for [`OUTER_START`] < u ≤ [`FAR_START`].
-#[inline(always)]
-pub fn m_outer(u: f64) -> f64 {
-    let w = (u - 1.0).sqrt();
-    (0.5 * ln(0.25 * u) + arctan(w) / w) / u
 }
 
 /// All functions for u < [`INNER_END`].
@@ -70,7 +64,7 @@ pub fn inner(u: f64) -> Basis {
     Basis { l, a, m, e, h: (a - 3.0 * e) * inv_z }
 }
 
-/// All functions for [`OUTER_START`] < u ≤ [`FAR_START`].
+/// All functions for [`OUTER_START`] ≤ u < [`FAR_START`].
 #[inline(always)]
 pub fn outer(u: f64) -> Basis {
     let (l, w, inv_z) = (0.5 * ln(0.25 * u), (u - 1.0).sqrt(), 1.0 / (1.0 - u));
@@ -79,7 +73,7 @@ pub fn outer(u: f64) -> Basis {
     Basis { l, a, m: (l + a) / u, e, h: (a - 3.0 * e) * inv_z }
 }
 
-/// All functions for u > [`FAR_START`]: with v = 1/(u−1), A = (π/2)√v − v·arctan(√v)/√v.
+/// All functions for u ≥ [`FAR_START`]: with v = 1/(u−1), A = (π/2)√v − v·arctan(√v)/√v.
 ///
 /// Divisions limit the ray loop, so 1/u and v share one.
 #[inline(always)]
@@ -92,7 +86,7 @@ pub fn far(u: f64) -> Basis {
     Basis { l, a, m: (l + a) * inv_u, e, h: (3.0 * e - a) * v }
 }
 
-/// All functions for [`INNER_END`] ≤ u ≤ [`OUTER_START`]: H by its Taylor series
+/// All functions for [`INNER_END`] ≤ u < [`OUTER_START`]: H by its Taylor series
 /// −Σ 4(n+1)zⁿ/((2n+3)(2n+5)), then E = (1 − zH)/(3 − z) and A = 1 + zE, which lose nothing.
 #[inline(always)]
 pub fn seam(u: f64) -> Basis {
@@ -112,29 +106,111 @@ pub fn seam(u: f64) -> Basis {
 
 /// m(u) at any u ≥ [`U_FLOOR`].
 #[inline(always)]
-pub fn m(u: f64) -> f64 {
-    if u < INNER_END {
-        m_inner(u)
-    } else if u > FAR_START {
-        far(u).m
-    } else if u > OUTER_START {
-        m_outer(u)
-    } else {
-        seam(u).m
-    }
+pub fn m<R: Real>(u: R) -> R {
+    let [m] = by_regime(u, MAlone);
+    m
+}
+
+/// (m, u·m′, u²·m″) of the NFW lens at any u ≥ [`U_FLOOR`].
+#[inline(always)]
+pub fn nfw<R: Real>(u: R) -> [R; 3] {
+    by_regime(u, NfwLens)
+}
+
+/// All functions at any u ≥ [`U_FLOOR`], as (L, A, m, E, H).
+#[inline(always)]
+pub fn columns<R: Real>(u: R) -> [R; 5] {
+    by_regime(u, Columns)
 }
 
 /// All functions at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn basis(u: f64) -> Basis {
-    if u < INNER_END {
-        inner(u)
-    } else if u > FAR_START {
-        far(u)
-    } else if u > OUTER_START {
-        outer(u)
-    } else {
-        seam(u)
+    columns(u).into()
+}
+
+impl From<[f64; 5]> for Basis {
+    #[inline(always)]
+    fn from([l, a, m, e, h]: [f64; 5]) -> Self {
+        Self { l, a, m, e, h }
+    }
+}
+
+/// What is made of the functions of one radius.
+trait OfBasis<const N: usize>: Copy {
+    fn of(self, basis: Basis) -> [f64; N];
+}
+
+#[derive(Clone, Copy)]
+struct MAlone;
+
+impl OfBasis<1> for MAlone {
+    #[inline(always)]
+    fn of(self, basis: Basis) -> [f64; 1] {
+        [basis.m]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct NfwLens;
+
+impl OfBasis<3> for NfwLens {
+    #[inline(always)]
+    fn of(self, basis: Basis) -> [f64; 3] {
+        basis.nfw()
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Columns;
+
+impl OfBasis<5> for Columns {
+    #[inline(always)]
+    fn of(self, Basis { l, a, m, e, h }: Basis) -> [f64; 5] {
+        [l, a, m, e, h]
+    }
+}
+
+/// A form is evaluated, in all lanes, where its regime has any of them.
+#[inline(always)]
+fn by_regime<R: Real, const N: usize>(u: R, f: impl OfBasis<N>) -> [R; N] {
+    macro_rules! form {
+        ($basis:path) => {{
+            struct Form<F>(F);
+            impl<const N: usize, F: OfBasis<N>> Each<1, N> for Form<F> {
+                #[inline(always)]
+                fn of(&self, [u]: [f64; 1]) -> [f64; N] {
+                    self.0.of($basis(u))
+                }
+            }
+            R::each([u], &Form(f))
+        }};
+    }
+    let [least, largest] = u.extent();
+    if largest < INNER_END {
+        return form!(inner);
+    }
+    let mut all = [R::splat(0.0); N];
+    if largest >= FAR_START {
+        all = form!(far);
+    }
+    if least < FAR_START && largest >= OUTER_START {
+        put_below(&mut all, u, FAR_START, form!(outer));
+    }
+    if least < OUTER_START {
+        put_below(&mut all, u, OUTER_START, form!(seam));
+    }
+    if least < INNER_END {
+        put_below(&mut all, u, INNER_END, form!(inner));
+    }
+    all
+}
+
+/// `form` where u is below `limit`.
+#[inline(always)]
+fn put_below<R: Real, const N: usize>(all: &mut [R; N], u: R, limit: f64, form: [R; N]) {
+    for i in 0..N {
+        all[i] = all[i].or_below(u, limit, form[i]);
     }
 }
 
@@ -152,6 +228,7 @@ pub fn potential(u: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::real::{LANES, Lanes};
 
     /// A few rounding errors of the regime with the larger cancellation.
     const SEAM: f64 = 3e-14;
@@ -188,10 +265,21 @@ mod tests {
     }
 
     #[test]
-    fn fast_and_full_m_have_the_same_bits() {
-        for i in -400..400 {
-            let u = (f64::from(i) * 0.05).exp();
-            assert_eq!(m(u).to_bits(), basis(u).m.to_bits(), "{u}");
+    fn fast_and_full_m_have_the_same_bits_in_lanes_and_alone() {
+        let u: Vec<f64> = (-400..400).map(|i| (f64::from(i) * 0.05).exp()).collect();
+        // Lanes over few regimes and over all.
+        for step in [1, 23] {
+            for start in 0..u.len() - LANES * step {
+                let lanes = Lanes(std::array::from_fn(|i| u[start + step * i]));
+                let (fast, full, columns) = (m(lanes), nfw(lanes), columns(lanes));
+                for (i, u) in lanes.0.into_iter().enumerate() {
+                    let alone = basis(u);
+                    assert_eq!([m(u), fast.0[i]], [alone.m; 2], "{u}");
+                    assert_eq!(full.map(|own| own.0[i]), alone.nfw(), "{u}");
+                    let Basis { l, a, m, e, h } = alone;
+                    assert_eq!(columns.map(|own| own.0[i]), [l, a, m, e, h], "{u}");
+                }
+            }
         }
     }
 }

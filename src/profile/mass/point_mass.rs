@@ -32,8 +32,9 @@ impl RadialLaw for PointMassLaw {
         PointMass::new(einstein_radius, [x, y])?.with_elliptical_potential([e1, e2])
     }
 
-    fn radial(&self, u: f64) -> [f64; 3] {
-        [1.0 / u, -1.0 / u, 2.0 / u]
+    #[inline(always)]
+    fn radial<R: Real>(&self, u: R) -> [R; 3] {
+        [1.0, -1.0, 2.0].map(|p| R::splat(p) / u)
     }
 
     fn potential(&self, u: f64) -> f64 {

@@ -51,8 +51,9 @@ impl MassProfile for PolarShear {
         response
     }
 
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
-        self.field.hessian(x, y)
+    #[inline(always)]
+    fn expand<R: Real>(&self, x: R, y: R) -> (Cx<R>, [R; 3]) {
+        self.field.expand(x, y)
     }
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {

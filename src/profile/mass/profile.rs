@@ -18,8 +18,8 @@ pub trait MassProfile: Sync + Sized {
     /// Deflection, convergence and shear, with the derivatives of the deflection by each of its parameters
     /// ([`Described::PARAMETERS`]), whose number is the length of `by_parameter`.
     fn respond<R: Real>(&self, x_arcsec: R, y_arcsec: R, by_parameter: &mut [Cx<R>]) -> Response<R>;
-    /// Hessian (ψ_xx, ψ_xy, ψ_yy).
-    fn hessian(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 3];
+    /// Deflection and Hessian (ψ_xx, ψ_xy, ψ_yy), of one point or of one a lane.
+    fn expand<R: Real>(&self, x_arcsec: R, y_arcsec: R) -> (Cx<R>, [R; 3]);
     /// Third derivatives (ψ_xxx, ψ_xxy, ψ_xyy, ψ_yyy) per arcsec.
     fn third_derivatives(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 4];
 
@@ -27,6 +27,11 @@ pub trait MassProfile: Sync + Sized {
     fn deflection(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 2] {
         let alpha = self.deflect(x_arcsec, y_arcsec);
         [alpha.re, alpha.im]
+    }
+
+    /// Hessian (ψ_xx, ψ_xy, ψ_yy).
+    fn hessian(&self, x_arcsec: f64, y_arcsec: f64) -> [f64; 3] {
+        self.expand(x_arcsec, y_arcsec).1
     }
 }
 
@@ -91,6 +96,12 @@ pub(super) mod kernels {
     }
 
     fit_kernel! {
+        pub fn expand<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> (Cx<Lanes>, [Lanes; 3]) {
+            lens.expand(*x, *y)
+        }
+    }
+
+    fit_kernel! {
         pub fn respond<P: MassProfile>(
             lens: &P,
             x: &Lanes,
@@ -112,6 +123,16 @@ pub(super) mod each_lane {
             [alpha.re.0[i], alpha.im.0[i]] = lens.deflection(x.0[i], y.0[i]);
         }
         alpha
+    }
+
+    pub fn expand<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> (Cx<Lanes>, [Lanes; 3]) {
+        let (mut alpha, mut hessian) = (Cx::<Lanes>::zero(), [Lanes::ZERO; 3]);
+        for i in 0..LANES {
+            let (own, [xx, xy, yy]) = lens.expand(x.0[i], y.0[i]);
+            (alpha.re.0[i], alpha.im.0[i]) = (own.re, own.im);
+            [hessian[0].0[i], hessian[1].0[i], hessian[2].0[i]] = [xx, xy, yy];
+        }
+        (alpha, hessian)
     }
 
     pub fn respond<P: MassProfile>(

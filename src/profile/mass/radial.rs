@@ -20,7 +20,7 @@ pub trait RadialLaw: Copy + Sync {
     /// Another number of values, or one outside its domain.
     fn of_parameters(values: &[f64]) -> Result<Radial<Self>>;
     /// (m, u·m′, u²·m″) at u > 0.
-    fn radial(&self, u: f64) -> [f64; 3];
+    fn radial<R: Real>(&self, u: R) -> [R; 3];
     /// ∫m du, the potential in units of k·scale²/2.
     fn potential(&self, u: f64) -> f64;
     /// m(u), with the bits of [`Self::radial`].
@@ -163,10 +163,12 @@ impl<L: RadialLaw> MassProfile for Radial<L> {
         Response::new(Cx::new(km * nx, km * ny), hessian)
     }
 
-    fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+    #[inline(always)]
+    fn expand<R: Real>(&self, x: R, y: R) -> (Cx<R>, [R; 3]) {
         let at = self.offset(x, y);
         let [m, p1, _] = self.law.radial(at.u);
-        self.hessian_at(&at, m, p1)
+        let (km, [nx, ny]) = (m * self.k, self.carried_back(at.t));
+        (Cx::new(km * nx, km * ny), self.hessian_at(&at, m, p1))
     }
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {

@@ -65,11 +65,12 @@ impl RadialLaw for SersicLaw {
         SersicMass::new(k_eff, radius, index, [x, y])?.with_elliptical_potential([e1, e2])
     }
 
-    fn radial(&self, u: f64) -> [f64; 3] {
+    #[inline(always)]
+    fn radial<R: Real>(&self, u: R) -> [R; 3] {
         let at = self.at(u);
-        let m = self.m_of(&at, self.series(at.x, self.terms(at.x))[0]);
+        let m = self.m_of(&at, self.series_sum(at.x, self.terms(at.x)));
         let p1 = at.kappa - m;
-        [m, p1, -at.kappa * at.x / (2.0 * self.index) - 2.0 * p1]
+        [m, p1, -at.kappa * at.x / R::splat(2.0 * self.index) - p1 * 2.0]
     }
 
     /// ∫₀ᵘ m du′ = 2n·total·∫₀ˣ P(2n, t)/t dt, x = b(r/R)^{1/n}.
@@ -119,7 +120,7 @@ impl SersicLaw {
     /// those of the one that needs most; more than a lane needs change it by less than its rounding.
     #[inline(always)]
     fn terms<R: Real>(&self, x: R) -> usize {
-        let x = x.largest().min(FAR_X);
+        let x = x.extent()[1].min(FAR_X);
         (x + 9.0 * x.sqrt() + 20.0 - 2.0 * self.index).ceil().max(4.0) as usize
     }
 

@@ -1,11 +1,14 @@
 //! The smoothly truncated NFW lens ρ ∝ x⁻¹(1+x)⁻²·τ²/(τ²+x²) (Baltz, Marshall & Oguri 2009, eqs. A.6–A.10).
 
+use std::f64::consts::PI;
+
 use super::nfw::{ALPHA_RS, Nfw, SCALE_RADIUS};
 use super::nfw_radial::{self, Basis};
 use super::radial::{Radial, RadialLaw, by_scale};
 use crate::error::Result;
 use crate::numerics::elementary::{ln, ln_1p};
 use crate::numerics::quadrature::integrate;
+use crate::numerics::real::Each;
 use crate::numerics::real::Real;
 use crate::profile::parameter::{Name, Parameter, PriorShape, exactly, placed_ellipse};
 
@@ -39,8 +42,9 @@ impl RadialLaw for TruncatedNfwLaw {
         TruncatedNfw::new(r_s, alpha_rs, r_trunc, [x, y])?.with_elliptical_potential([e1, e2])
     }
 
-    fn radial(&self, u: f64) -> [f64; 3] {
-        truncated(u, self.tau)
+    #[inline(always)]
+    fn radial<R: Real>(&self, u: R) -> [R; 3] {
+        truncated(u, &Whole(Truncation::at(self.tau)))
     }
 
     fn potential(&self, u: f64) -> f64 {
@@ -49,36 +53,17 @@ impl RadialLaw for TruncatedNfwLaw {
 
     #[inline(always)]
     fn m<R: Real>(&self, u: R) -> R {
-        let [m] = u.each(|u| [self.radial(u)[0]]);
+        let [m] = truncated(u, &MAlone(Truncation::at(self.tau)));
         m
     }
 
     #[inline(always)]
     fn respond<R: Real>(&self, u: R, k: f64, scale_arcsec: f64) -> ([R; 2], [R; 3]) {
-        let [m, p1, by_tau] = u.each(|u| {
-            let [m, p1, _] = self.radial(u);
-            [m, p1, m_by_tau(u, self.tau, m)]
-        });
+        let [m, p1, by_tau] = truncated(u, &WithTau(Truncation::at(self.tau)));
         let (by_tau, scale) = (by_tau * k, R::splat(scale_arcsec));
         let by_r_s = by_scale(p1, k, scale_arcsec) - m * k / scale - by_tau * self.tau / scale;
         ([m, p1], [by_r_s, m * Nfw::strength(scale_arcsec, 1.0), by_tau / scale])
     }
-}
-
-/// ∂m/∂τ of [`truncated`]: with ds/dτ = τ/s every factor has a simple logarithmic derivative.
-fn m_by_tau(u: f64, tau: f64, m: f64) -> f64 {
-    let b = nfw_radial::basis(u);
-    let t2 = tau * tau;
-    let s = (t2 + u).sqrt();
-    let sum = s + tau;
-    let v = 0.5 * u / (tau * sum);
-    let lt = b.l - ln(tau) - ln_1p(v);
-    let norm = t2 / ((t2 + 1.0) * (t2 + 1.0));
-    let slope = 1.0 / tau + 1.0 / s;
-    let bracket = b.m + lt / (tau * sum) - ln_1p(v) / u;
-    let by_bracket = (-1.0 / s - lt * slope) / (tau * sum) + v * slope / (u * (1.0 + v));
-    m * (2.0 / tau - 4.0 * tau / (t2 + 1.0))
-        + norm * (2.0 * tau * bracket + (t2 - 1.0) * by_bracket + std::f64::consts::PI / (sum * s))
 }
 
 /// What the radial functions of all radii at one τ share.
@@ -102,12 +87,11 @@ impl Truncation {
         Self { tau, inv_tau: 1.0 / tau, ln_tau: ln(tau), norm: t2 / ((t2 + 1.0) * (t2 + 1.0)) }
     }
 
-    /// (m, u·m′, u²·m″) of the truncated lens from the NFW functions of the same u; branch-free.
+    /// m of the truncated lens from the NFW functions of the same u, with L_t and 1/s.
     #[inline(always)]
-    pub fn radial(&self, u: f64, b: &Basis) -> [f64; 3] {
+    fn m(&self, u: f64, b: &Basis) -> (f64, f64, f64) {
         let t2 = self.tau * self.tau;
-        let s2 = t2 + u;
-        let s = s2.sqrt();
+        let s = (t2 + u).sqrt();
         let sum = s + self.tau;
         // Divisions limit the ray loop: 1/u, 1/s and 1/(s + τ) share one.
         let all = 1.0 / (u * sum * s);
@@ -115,10 +99,16 @@ impl Truncation {
         let by_tau = self.inv_tau * inv_sum;
         let swelling = ln_1p(0.5 * u * by_tau);
         let lt = b.l - self.ln_tau - swelling;
-        let m = self.norm
-            * ((t2 - 1.0) * (b.m + lt * by_tau - swelling * inv_u) + 2.0 * b.a
-                - std::f64::consts::PI * inv_sum);
-        let edge = -std::f64::consts::PI + (t2 - 1.0) * lt * self.inv_tau;
+        let m = self.norm * ((t2 - 1.0) * (b.m + lt * by_tau - swelling * inv_u) + 2.0 * b.a - PI * inv_sum);
+        (m, lt, inv_s)
+    }
+
+    /// (m, u·m′, u²·m″) of the truncated lens from the NFW functions of the same u; branch-free.
+    #[inline(always)]
+    pub fn radial(&self, u: f64, b: &Basis) -> [f64; 3] {
+        let t2 = self.tau * self.tau;
+        let (m, lt, inv_s) = self.m(u, b);
+        let edge = -PI + (t2 - 1.0) * lt * self.inv_tau;
         let kappa = self.norm * (b.a + 0.5 * (t2 + 1.0) * b.e + 0.5 * edge * inv_s);
         let inv_s2 = inv_s * inv_s;
         let u_kappa_prime = self.norm
@@ -127,11 +117,61 @@ impl Truncation {
         let p1 = kappa - m;
         [m, p1, u_kappa_prime - 2.0 * p1]
     }
+
+    /// ∂m/∂τ from m and the NFW functions of the same u: with ds/dτ = τ/s every factor has a simple logarithmic derivative.
+    #[inline(always)]
+    fn m_by_tau(&self, u: f64, b: &Basis, m: f64) -> f64 {
+        let (tau, t2) = (self.tau, self.tau * self.tau);
+        let s = (t2 + u).sqrt();
+        let sum = s + tau;
+        let v = 0.5 * u / (tau * sum);
+        let swelling = ln_1p(v);
+        let lt = b.l - self.ln_tau - swelling;
+        let slope = self.inv_tau + 1.0 / s;
+        let bracket = b.m + lt / (tau * sum) - swelling / u;
+        let by_bracket = (-1.0 / s - lt * slope) / (tau * sum) + v * slope / (u * (1.0 + v));
+        m * (2.0 / tau - 4.0 * tau / (t2 + 1.0))
+            + self.norm * (2.0 * tau * bracket + (t2 - 1.0) * by_bracket + PI / (sum * s))
+    }
 }
 
-/// (m, u·m′, u²·m″) of the truncated lens.
-pub fn truncated(u: f64, tau: f64) -> [f64; 3] {
-    Truncation::at(tau).radial(u, &nfw_radial::basis(u))
+/// m of the truncated lens from u and the NFW functions.
+struct MAlone(Truncation);
+
+impl Each<6, 1> for MAlone {
+    #[inline(always)]
+    fn of(&self, [u, basis @ ..]: [f64; 6]) -> [f64; 1] {
+        [self.0.m(u, &basis.into()).0]
+    }
+}
+
+/// (m, u·m′, u²·m″).
+struct Whole(Truncation);
+
+impl Each<6, 3> for Whole {
+    #[inline(always)]
+    fn of(&self, [u, basis @ ..]: [f64; 6]) -> [f64; 3] {
+        self.0.radial(u, &basis.into())
+    }
+}
+
+/// (m, u·m′, ∂m/∂τ).
+struct WithTau(Truncation);
+
+impl Each<6, 3> for WithTau {
+    #[inline(always)]
+    fn of(&self, [u, basis @ ..]: [f64; 6]) -> [f64; 3] {
+        let basis = basis.into();
+        let [m, p1, _] = self.0.radial(u, &basis);
+        [m, p1, self.0.m_by_tau(u, &basis, m)]
+    }
+}
+
+/// Functions of u that the truncation makes of the NFW functions.
+#[inline(always)]
+fn truncated<R: Real, const N: usize>(u: R, f: &impl Each<6, N>) -> [R; N] {
+    let [l, a, m, e, h] = nfw_radial::columns(u);
+    R::each([u, l, a, m, e, h], f)
 }
 
 impl TruncatedNfw {
@@ -159,10 +199,10 @@ impl TruncatedNfw {
 pub fn potential(u: f64, tau: f64) -> f64 {
     /// Panels halve √u down to 2⁻²⁶ of it; what lies below is 1e-15 of the whole.
     const PANELS: i32 = 26;
-    let x = u.sqrt();
+    let (x, edge) = (u.sqrt(), Truncation::at(tau));
     let integrand = |x: f64| {
         let u = (x * x).max(nfw_radial::U_FLOOR);
-        2.0 * x * truncated(u, tau)[0]
+        2.0 * x * edge.m(u, &nfw_radial::basis(u)).0
     };
     (0..PANELS)
         .map(|i| {
