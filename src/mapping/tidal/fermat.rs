@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::lens::TidalLens;
 use super::model::{LineOfSightModel, los_jacobian};
+use crate::mapping::{Mapping, Order};
 use crate::profile::mass::MassProfile;
 
 impl TidalLens {
@@ -14,8 +15,8 @@ impl TidalLens {
         match &self.model {
             LineOfSightModel::Flexion(model) => model.fermat_arcsec2(theta[0], theta[1], &self.lenses),
             _ => {
-                let beta = self.ray(theta).value;
-                self.fermat_arcsec2(theta, [beta.re, beta.im]).unwrap_or(f64::NAN)
+                let beta_arcsec = self.map(&[theta], Order::Position).beta_arcsec;
+                beta_arcsec.first().and_then(|&beta| self.fermat_arcsec2(theta, beta)).unwrap_or(f64::NAN)
             }
         }
     }

@@ -172,6 +172,7 @@ mod tests {
 
     use super::super::{LineOfSightModel, TidalLens};
     use super::*;
+    use crate::mapping::{Mapping, Order};
     use crate::numerics::differences::derivative;
     use crate::profile::mass::Epl;
 
@@ -197,8 +198,10 @@ mod tests {
 
     /// β of a ray and its derivatives by x and y.
     fn ray(model: &FlexionModel, theta: [f64; 2]) -> [Complex<f64>; 3] {
-        let jet = TidalLens::new(LineOfSightModel::Flexion(*model), lens().to_vec()).ray(theta);
-        [jet.value, jet.first[0], jet.first[1]].map(|v| Complex::new(v.re, v.im))
+        let lens = TidalLens::new(LineOfSightModel::Flexion(*model), lens().to_vec());
+        let ray = lens.map(&[theta], Order::Jacobian);
+        let ([x, y], [xx, xy, yx, yy]) = (ray.beta_arcsec[0], ray.jacobian[0]);
+        [Complex::new(x, y), Complex::new(xx, yx), Complex::new(xy, yy)]
     }
 
     /// |∇φ − Ãᵀ∂φ/∂β̃| in arcsec, ∇φ by differences.

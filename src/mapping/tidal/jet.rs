@@ -1,4 +1,4 @@
-//! Taylor expansions in θ of complex functions, of first order or of second, at one point or in SIMD lanes.
+//! Taylor expansions in θ of complex functions, of first order or of second.
 
 use std::ops::{Add, Mul, Sub};
 

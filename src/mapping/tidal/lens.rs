@@ -3,7 +3,6 @@
 use nalgebra::Complex;
 use rayon::prelude::*;
 
-use super::algebra::Algebra;
 use super::equation::Equation;
 use super::jet::Jet;
 use super::model::LineOfSightModel;
@@ -12,7 +11,8 @@ use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
 use crate::monitor::Monitor;
 use crate::numerics::complex::Cx;
-use crate::numerics::real::{LANES, Lanes, Real};
+use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::real::{LANES, Lanes};
 use crate::profile::mass::{MassModel, MassProfile};
 
 /// One or more mass profiles in one plane, seen through a tidal model of the line of sight.
@@ -32,85 +32,75 @@ impl TidalLens {
         Self { model, lenses, time_delay_distance_mpc: None }
     }
 
-    /// β of a ray as a function of its direction.
-    pub(super) fn ray(&self, [x, y]: [f64; 2]) -> Jet<f64, 3> {
-        self.beta(Jet::theta(x, y), |at: Jet<f64, 3>| {
-            let (mut alpha, mut hessian, mut third) = (Cx::zero(), [0.0; 3], [0.0; 4]);
-            for lens in &self.lenses {
-                let (own, own_hessian) = lens.expand(at.value.re, at.value.im);
-                alpha += own;
-                add(&mut hessian, own_hessian);
-                add(&mut third, lens.third_derivatives(at.value.re, at.value.im));
-            }
-            at.deflected(alpha, hessian, third)
-        })
-    }
-
-    /// β of rays, or of one and its neighbours, from θ and what the lenses do to a ray that meets them somewhere.
-    #[inline(always)]
-    fn beta<C: Algebra>(&self, theta: C, deflected: impl Fn(C) -> C) -> C {
-        let equation = Equation::of(&self.model);
-        let alpha_d = deflected(equation.at_lens(theta));
-        let alpha = match equation {
-            Equation::Full { .. } => alpha_d,
-            Equation::Flexion(_) => deflected(theta),
-        };
-        equation.beta(theta, alpha_d, alpha)
-    }
-
-    /// β of rays alone.
+    /// β of rays alone, lanes at a time.
     fn positions(&self, theta_arcsec: &[[f64; 2]]) -> RayBundle {
+        let equation = Equation::of(&self.model);
         let mut rays = RayBundle { beta_arcsec: vec![[0.0; 2]; theta_arcsec.len()], ..RayBundle::default() };
-        for (theta, beta) in theta_arcsec.chunks(LANES).zip(rays.beta_arcsec.chunks_mut(LANES)) {
-            let (x, y) = lanes(theta);
-            let sum = |at: Cx<Lanes>| {
-                let mut alpha = Cx::zero();
-                for lens in &self.lenses {
-                    alpha += lens.deflection_lanes(at.re, at.im);
-                }
-                alpha
-            };
-            store(self.beta(Cx::new(x, y), sum), beta);
-        }
-        rays
-    }
-
-    /// β and the Jacobian of rays.
-    fn jacobians(&self, theta_arcsec: &[[f64; 2]]) -> RayBundle {
-        let mut rays = RayBundle {
-            beta_arcsec: vec![[0.0; 2]; theta_arcsec.len()],
-            jacobian: vec![[0.0; 4]; theta_arcsec.len()],
-            ..RayBundle::default()
-        };
-        let columns = rays.beta_arcsec.chunks_mut(LANES).zip(rays.jacobian.chunks_mut(LANES));
-        for (theta, (beta, jacobian)) in theta_arcsec.chunks(LANES).zip(columns) {
-            let (x, y) = lanes(theta);
-            let jet = self.beta(Jet::theta(x, y), |at: Jet<Lanes, 0>| {
-                let (mut alpha, mut hessian) = (Cx::zero(), [Lanes::ZERO; 3]);
-                for lens in &self.lenses {
-                    let (own, own_hessian) = lens.expansion_lanes(at.value.re, at.value.im);
-                    alpha += own;
-                    add(&mut hessian, own_hessian);
-                }
-                at.deflected(alpha, hessian, [Lanes::ZERO; 4])
-            });
-            store(jet.value, beta);
-            let [d_x, d_y] = jet.first;
-            for (i, out) in jacobian.iter_mut().enumerate() {
-                *out = [d_x.re.0[i], d_y.re.0[i], d_x.im.0[i], d_y.im.0[i]];
+        for (theta, out) in theta_arcsec.chunks(LANES).zip(rays.beta_arcsec.chunks_mut(LANES)) {
+            let beta = beta(&equation, &self.lenses, &lanes(theta));
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = [beta.re.0[i], beta.im.0[i]];
             }
         }
         rays
     }
 
-    /// β of rays with first and second derivatives.
-    fn second_derivatives(&self, theta_arcsec: &[[f64; 2]]) -> RayBundle {
-        let jets: Vec<_> = theta_arcsec.iter().map(|&theta| self.ray(theta)).collect();
-        RayBundle {
-            beta_arcsec: jets.iter().map(|j| [j.value.re, j.value.im]).collect(),
-            jacobian: jets.iter().map(|j| components(&j.first)).collect(),
-            second_per_arcsec: jets.iter().map(|j| components(&j.second)).collect(),
+    /// β of rays with derivatives, `S` = 0 second ones or all 3: what the lenses do in lanes, the equation ray by ray.
+    fn expansions<const S: usize>(&self, theta_arcsec: &[[f64; 2]]) -> RayBundle {
+        let equation = Equation::of(&self.model);
+        let n = theta_arcsec.len();
+        let mut rays = RayBundle {
+            beta_arcsec: Vec::with_capacity(n),
+            jacobian: Vec::with_capacity(n),
+            second_per_arcsec: Vec::with_capacity(if S > 0 { n } else { 0 }),
+        };
+        for block in theta_arcsec.chunks(LANES) {
+            let theta = lanes(block);
+            let at_lens = self.expand(equation.at_lens(theta));
+            let at_theta = matches!(equation, Equation::Flexion(_)).then(|| self.expand(theta));
+            for (i, &[x, y]) in block.iter().enumerate() {
+                let theta = Jet::<f64, S>::theta(x, y);
+                let alpha_d = self.deflected(equation.at_lens(theta), &at_lens, i);
+                let alpha = at_theta.as_ref().map_or(alpha_d, |lenses| self.deflected(theta, lenses, i));
+                let beta = equation.beta(theta, alpha_d, alpha);
+                rays.beta_arcsec.push([beta.value.re, beta.value.im]);
+                rays.jacobian.push(components(&beta.first));
+                if S > 0 {
+                    rays.second_per_arcsec.push(components(&beta.second));
+                }
+            }
         }
+        rays
+    }
+
+    /// Deflection and Hessian of all lenses in every lane.
+    fn expand(&self, at: Cx<Lanes>) -> (Cx<Lanes>, [Lanes; 3]) {
+        let (mut alpha, mut hessian) = (Cx::zero(), [Lanes::ZERO; 3]);
+        for lens in &self.lenses {
+            let (own, own_hessian) = lens.expansion_lanes(at.re, at.im);
+            alpha += own;
+            hessian.iter_mut().zip(own_hessian).for_each(|(sum, own)| *sum += own);
+        }
+        (alpha, hessian)
+    }
+
+    /// The deflection of a ray that meets the lenses at `at`, with `(alpha, hessian)` of its lane there.
+    #[inline(always)]
+    fn deflected<const S: usize>(
+        &self,
+        at: Jet<f64, S>,
+        (alpha, hessian): &(Cx<Lanes>, [Lanes; 3]),
+        lane: usize,
+    ) -> Jet<f64, S> {
+        let mut third = [0.0; 4];
+        if S > 0 {
+            for lens in &self.lenses {
+                let own = lens.third_derivatives(at.value.re, at.value.im);
+                third.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+            }
+        }
+        let alpha = Cx::new(alpha.re.0[lane], alpha.im.0[lane]);
+        at.deflected(alpha, [hessian[0].0[lane], hessian[1].0[lane], hessian[2].0[lane]], third)
     }
 
     /// θ_d: where a ray seen at θ meets the lens.
@@ -126,8 +116,8 @@ impl Mapping for TidalLens {
         const BLOCK: usize = 8 * LANES;
         RayBundle::in_blocks(theta_arcsec, BLOCK, monitor, |theta| match order {
             Order::Position => self.positions(theta),
-            Order::Jacobian => self.jacobians(theta),
-            Order::SecondDerivatives => self.second_derivatives(theta),
+            Order::Jacobian => self.expansions::<0>(theta),
+            Order::SecondDerivatives => self.expansions::<3>(theta),
         })
     }
 
@@ -139,29 +129,36 @@ impl Mapping for TidalLens {
     }
 }
 
-/// The coordinates of at most [`LANES`] rays, the last one again where there are fewer.
+fit_kernel! {
+    /// β of rays in lanes.
+    fn beta(equation: &Equation, lenses: &[MassModel], theta: &Cx<Lanes>) -> Cx<Lanes> {
+        let theta = *theta;
+        let alpha_d = deflection(lenses, equation.at_lens(theta));
+        let alpha = match equation {
+            Equation::Full { .. } => alpha_d,
+            Equation::Flexion(_) => deflection(lenses, theta),
+        };
+        equation.beta(theta, alpha_d, alpha)
+    }
+}
+
 #[inline(always)]
-fn lanes(theta: &[[f64; 2]]) -> (Lanes, Lanes) {
-    let (mut x, mut y) = (Lanes::ZERO, Lanes::ZERO);
+fn deflection(lenses: &[MassModel], at: Cx<Lanes>) -> Cx<Lanes> {
+    let mut alpha = Cx::zero();
+    for lens in lenses {
+        alpha += lens.deflection_lanes(at.re, at.im);
+    }
+    alpha
+}
+
+/// At most [`LANES`] rays, the last one again where there are fewer.
+#[inline(always)]
+fn lanes(theta: &[[f64; 2]]) -> Cx<Lanes> {
+    let mut lanes = Cx::new(Lanes::ZERO, Lanes::ZERO);
     for i in 0..LANES {
-        [x.0[i], y.0[i]] = theta[i.min(theta.len() - 1)];
+        [lanes.re.0[i], lanes.im.0[i]] = theta[i.min(theta.len() - 1)];
     }
-    (x, y)
-}
-
-/// As many lanes as there is room for.
-#[inline(always)]
-fn store(beta: Cx<Lanes>, out: &mut [[f64; 2]]) {
-    for (i, out) in out.iter_mut().enumerate() {
-        *out = [beta.re.0[i], beta.im.0[i]];
-    }
-}
-
-#[inline(always)]
-fn add<R: Real, const N: usize>(sum: &mut [R; N], terms: [R; N]) {
-    for i in 0..N {
-        sum[i] += terms[i];
-    }
+    lanes
 }
 
 /// Derivatives of β_x, then those of β_y.

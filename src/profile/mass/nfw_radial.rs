@@ -117,6 +117,12 @@ pub fn nfw<R: Real>(u: R) -> [R; 3] {
     by_regime(u, NfwLens)
 }
 
+/// (L, A, m) at any u ≥ [`U_FLOOR`].
+#[inline(always)]
+pub fn l_a_m<R: Real>(u: R) -> [R; 3] {
+    by_regime(u, Lam)
+}
+
 /// All functions at any u ≥ [`U_FLOOR`], as (L, A, m, E, H).
 #[inline(always)]
 pub fn columns<R: Real>(u: R) -> [R; 5] {
@@ -158,6 +164,16 @@ impl OfBasis<3> for NfwLens {
     #[inline(always)]
     fn of(self, basis: Basis) -> [f64; 3] {
         basis.nfw()
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Lam;
+
+impl OfBasis<3> for Lam {
+    #[inline(always)]
+    fn of(self, basis: Basis) -> [f64; 3] {
+        [basis.l, basis.a, basis.m]
     }
 }
 

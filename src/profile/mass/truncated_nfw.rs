@@ -53,7 +53,8 @@ impl RadialLaw for TruncatedNfwLaw {
 
     #[inline(always)]
     fn m<R: Real>(&self, u: R) -> R {
-        let [m] = truncated(u, &MAlone(Truncation::at(self.tau)));
+        let [l, a, nfw] = nfw_radial::l_a_m(u);
+        let [m] = R::each([u, l, a, nfw], &MAlone(Truncation::at(self.tau)));
         m
     }
 
@@ -87,9 +88,9 @@ impl Truncation {
         Self { tau, inv_tau: 1.0 / tau, ln_tau: ln(tau), norm: t2 / ((t2 + 1.0) * (t2 + 1.0)) }
     }
 
-    /// m of the truncated lens from the NFW functions of the same u, with L_t and 1/s.
+    /// m of the truncated lens, L_t and 1/s from L, A and m of the NFW lens at the same u.
     #[inline(always)]
-    fn m(&self, u: f64, b: &Basis) -> (f64, f64, f64) {
+    fn m(&self, u: f64, [l, a, nfw]: [f64; 3]) -> [f64; 3] {
         let t2 = self.tau * self.tau;
         let s = (t2 + u).sqrt();
         let sum = s + self.tau;
@@ -98,16 +99,16 @@ impl Truncation {
         let (inv_u, inv_sum, inv_s) = (sum * s * all, u * s * all, u * sum * all);
         let by_tau = self.inv_tau * inv_sum;
         let swelling = ln_1p(0.5 * u * by_tau);
-        let lt = b.l - self.ln_tau - swelling;
-        let m = self.norm * ((t2 - 1.0) * (b.m + lt * by_tau - swelling * inv_u) + 2.0 * b.a - PI * inv_sum);
-        (m, lt, inv_s)
+        let lt = l - self.ln_tau - swelling;
+        let m = self.norm * ((t2 - 1.0) * (nfw + lt * by_tau - swelling * inv_u) + 2.0 * a - PI * inv_sum);
+        [m, lt, inv_s]
     }
 
     /// (m, u·m′, u²·m″) of the truncated lens from the NFW functions of the same u; branch-free.
     #[inline(always)]
     pub fn radial(&self, u: f64, b: &Basis) -> [f64; 3] {
         let t2 = self.tau * self.tau;
-        let (m, lt, inv_s) = self.m(u, b);
+        let [m, lt, inv_s] = self.m(u, [b.l, b.a, b.m]);
         let edge = -PI + (t2 - 1.0) * lt * self.inv_tau;
         let kappa = self.norm * (b.a + 0.5 * (t2 + 1.0) * b.e + 0.5 * edge * inv_s);
         let inv_s2 = inv_s * inv_s;
@@ -135,17 +136,18 @@ impl Truncation {
     }
 }
 
-/// m of the truncated lens from u and the NFW functions.
+/// m of the truncated lens from u and L, A and m of the NFW lens.
 struct MAlone(Truncation);
 
-impl Each<6, 1> for MAlone {
+impl Each<4, 1> for MAlone {
     #[inline(always)]
-    fn of(&self, [u, basis @ ..]: [f64; 6]) -> [f64; 1] {
-        [self.0.m(u, &basis.into()).0]
+    fn of(&self, [u, nfw @ ..]: [f64; 4]) -> [f64; 1] {
+        let [m, ..] = self.0.m(u, nfw);
+        [m]
     }
 }
 
-/// (m, u·m′, u²·m″).
+/// (m, u·m′, u²·m″) from u and all functions of the NFW lens.
 struct Whole(Truncation);
 
 impl Each<6, 3> for Whole {
@@ -202,7 +204,7 @@ pub fn potential(u: f64, tau: f64) -> f64 {
     let (x, edge) = (u.sqrt(), Truncation::at(tau));
     let integrand = |x: f64| {
         let u = (x * x).max(nfw_radial::U_FLOOR);
-        2.0 * x * edge.m(u, &nfw_radial::basis(u)).0
+        2.0 * x * edge.m(u, nfw_radial::l_a_m(u))[0]
     };
     (0..PANELS)
         .map(|i| {
