@@ -25,6 +25,7 @@ from ._pyhalo import from_lens_models, from_pyhalo, to_lens_models
 from ._read import Posterior, Run, open_ensemble, open_posterior, open_run, read
 from ._run import Image, Simulation, image, simulate
 from ._sight import Effective, Flexion, Interpol, LineOfSight, Rays, Tidal
+from ._slsim import from_slsim, to_slsim
 from ._versions import show_versions
 
 __all__ = [
@@ -64,6 +65,7 @@ __all__ = [
     "from_coolest",
     "from_lens_models",
     "from_pyhalo",
+    "from_slsim",
     "image",
     "mock",
     "model_text",
@@ -79,4 +81,5 @@ __all__ = [
     "simulate",
     "to_coolest",
     "to_lens_models",
+    "to_slsim",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from ._errors import InputError
 from ._haloes import Haloes
 from ._lens_model import LensModel
+from ._packages import package
 from ._units import Array, Points, number, whole
 
 #: Of a main lens: (redshift, name of a profile, its arguments).
@@ -59,7 +60,7 @@ class DecoupledMultiPlane:
         to_lens, to_source, between = self._comoving
         x, y = self.kwargs["x0_interp"](at), self.kwargs["y0_interp"](at)
         alpha = LensModel([name]).alpha(x / to_lens, y / to_lens, [dict(arguments)])
-        found = []
+        found: list[Any] = []
         for axis, place, bend in (("x", x, alpha[0]), ("y", y, alpha[1])):
             foreground = self.kwargs[f"alpha_{axis}_interp_foreground"](at)
             background = self.kwargs[f"alpha_{axis}_interp_background"](at)
@@ -76,10 +77,7 @@ class DecoupledMultiPlane:
 
 def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> DecoupledMultiPlane:
     """Rays of ``sight`` on a grid, as tables around ``lens``."""
-    try:
-        from scipy.interpolate import RegularGridInterpolator
-    except ImportError as error:
-        raise ImportError("to_decoupled_multiplane needs scipy, as lenstronomy does: pip install scipy") from error
+    interpolate = package("scipy.interpolate", "to_decoupled_multiplane needs scipy, as lenstronomy does")
     half, n = number("half_width_arcsec", half_width_arcsec, "arcsec"), whole("n", n, 4, 4096)
     if not 0.0 < half < float("inf"):
         raise InputError(f"half_width_arcsec is {half}, but must be positive and finite")
@@ -96,7 +94,7 @@ def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> Decou
     background = (to_source * beta - to_lens * at_lens) / between + alpha * to_source / between - theta
 
     def table(values: Array) -> Any:
-        return RegularGridInterpolator((axis, axis), values, method="linear", bounds_error=True)
+        return interpolate.RegularGridInterpolator((axis, axis), values, method="linear", bounds_error=True)
 
     kwargs = {
         "x0_interp": table(to_lens * at_lens[0]),
@@ -112,7 +110,7 @@ def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> Decou
     )
     middle = 0.5 * (axis[1:] + axis[:-1])
     worst = float(np.max(found.error(*np.meshgrid(middle, middle))))
-    return DecoupledMultiPlane(kwargs, worst, found.lens, sight, found._comoving)
+    return replace(found, error_arcsec=worst)
 
 
 def _comoving(sight: Sight, z: float) -> float:

@@ -8,17 +8,19 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, Union, cast
 
 from ._config import as_json
+from ._drawing.corner import corner
 from ._errors import InputError
 from ._haloray import Observation as _Observation
 from ._haloray import fit as _fit
 from ._haloray import model_text, models
+from ._packages import package
 from ._progress import Progress, callback
 from ._run import Image
 from ._sight import LineOfSight
-from ._units import Array, image, number, optional, refuse, whole
+from ._units import Array, expect, image, number, optional, refuse, whole
 
 if TYPE_CHECKING:
     import pandas
@@ -253,10 +255,11 @@ class Fit:
 
     def to_dataframe(self) -> pandas.DataFrame:
         """One row a quantity."""
-        import pandas
-
-        rows = [[getattr(own, field.name) for field in fields(Parameter)] for own in self.parameters.values()]
-        return pandas.DataFrame(rows, columns=[field.name for field in fields(Parameter)]).set_index("name")
+        names = [field.name for field in fields(Parameter)]
+        rows = [[getattr(own, name) for name in names] for own in self.parameters.values()]
+        frame = package("pandas", "to_dataframe needs pandas").DataFrame(rows, columns=names)
+        found: pandas.DataFrame = frame.set_index("name")
+        return found
 
     def to_arviz(self) -> Any:
         """ArviZ's object: ``InferenceData`` of ArviZ 0.x, ``DataTree`` of 1.x (or of ``arviz_base`` alone)."""
@@ -264,9 +267,7 @@ class Fit:
 
     def plot_corner(self, names: Any = None, **options: Any) -> Any:
         """The corner plot; see :func:`haloray.figures.corner`."""
-        from .figures import corner
-
-        return corner(self, names, **options)
+        return corner({"": self.posterior}, names, **options)
 
 
 def to_arviz(posterior: Mapping[str, Array], sample_stats: Mapping[str, Array]) -> Any:
@@ -274,17 +275,12 @@ def to_arviz(posterior: Mapping[str, Array], sample_stats: Mapping[str, Array]) 
     given = (("posterior", posterior), ("sample_stats", sample_stats))
     groups: dict[str, Any] = {name: dict(own) for name, own in given if own}
     try:
-        import arviz
-
-        if arviz.__version__.startswith("0."):
-            return arviz.from_dict(**groups)
+        arviz = package("arviz", "to_arviz needs ArviZ")
     except ImportError:
-        pass
-    try:
-        import arviz_base
-    except ImportError as error:
-        raise ImportError("to_arviz needs ArviZ: pip install arviz") from error
-    return arviz_base.from_dict(groups)
+        arviz = None
+    if arviz is not None and arviz.__version__.startswith("0."):
+        return arviz.from_dict(**groups)
+    return package("arviz_base", "to_arviz needs ArviZ", "arviz").from_dict(groups)
 
 
 #: An image, the path of a FITS file, an Observation, or an Image of :func:`image`.
@@ -363,9 +359,10 @@ def fit(
         resume=None if resume is None else os.fspath(resume),
     )
     form, text = _description(model)
-    if haloes is not None and not isinstance(haloes, LineOfSight):
-        raise refuse("haloes", haloes, "a haloray.LineOfSight")
-    through = None if haloes is None else (haloes._native, optional("z_lens", z_lens))
+    through = None
+    if haloes is not None:
+        sight = expect("haloes", haloes, LineOfSight, "a haloray.LineOfSight")
+        through = sight._native, optional("z_lens", z_lens)
     found = _fit(_observation(image)._native, form, text, options, through, callback(progress))
     for complaint in found["complaints"]:
         warnings.warn(complaint, stacklevel=2)
@@ -394,7 +391,7 @@ def fit_of(found: dict[str, Any]) -> Fit:
     )
 
 
-def _observation(image: ObservationLike) -> Observation:
+def _observation(image: Any) -> Observation:
     if isinstance(image, Observation):
         return image
     if isinstance(image, Image):
@@ -405,17 +402,17 @@ def _observation(image: ObservationLike) -> Observation:
             image.write(path)
             return Observation.read(path)
     if isinstance(image, (str, os.PathLike)):
-        return Observation.read(image)
+        return Observation.read(cast("str | os.PathLike[str]", image))
     raise refuse("image", image, "an Observation, an Image, or the path of a FITS file")
 
 
 def _description(model: Any) -> tuple[str, str]:
     if isinstance(model, Mapping):
-        return "json", as_json("model", model)
+        return "json", as_json("model", cast("Mapping[str, Any]", model))
     if isinstance(model, str) and "\n" in model:
         return "toml", model
     if isinstance(model, (str, os.PathLike)):
-        path = os.fspath(model)
+        path = os.fspath(cast("str | os.PathLike[str]", model))
         if not path.lower().endswith(".toml"):
             return "name", path
         try:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, Union, cast
 
 import numpy as np
 
-from ._config import ConfigLike, _of_toml
+from ._config import ConfigLike, of_toml
 from ._config import config as resolve
 from ._cosmology import parameters
 from ._errors import InputError
 from ._haloray import Catalogue, Config
 from ._haloray import populate as _populate
+from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, array, column, number, refuse, whole
+from ._units import Array, column, expect, number, refuse, whole
 
 if TYPE_CHECKING:
     import astropy.table
@@ -68,9 +69,8 @@ class Haloes:
         sightline: int = 0,
         made_for: tuple[str, str] | None = None,
     ) -> None:
-        if not isinstance(native, Catalogue):
-            raise refuse("haloes", native, "made by populate, read, from_columns, from_table or from_dataframe")
-        self._native = native
+        made = "made by populate, read, from_columns, from_table or from_dataframe"
+        self._native = expect("haloes", native, Catalogue, made)
         self.config = config
         self.sightline = sightline
         self._made_for = (config.sheets, config.reference) if made_for is None and config is not None else made_for
@@ -110,8 +110,9 @@ class Haloes:
     def from_table(cls, table: astropy.table.Table, z_source: float, cosmology: Any = None) -> Haloes:
         """Haloes from an astropy table, whose columns may have units; see :meth:`from_columns`."""
         columns: dict[str, Any] = {}
-        for name in table.colnames:
-            own = table[name]
+        given: Any = table
+        for name in given.colnames:
+            own = given[name]
             unit = getattr(own, "unit", None)
             columns[name] = own if unit is None or hasattr(own, "to_value") else own.quantity
         return cls.from_columns(columns, z_source, cosmology)
@@ -228,20 +229,18 @@ class Haloes:
 
     def to_table(self) -> astropy.table.QTable:
         """An astropy ``QTable`` with units, source and cosmology in its ``meta``."""
-        from astropy import units
-        from astropy.table import QTable
-
-        table = QTable(meta={"z_source": self.z_source, "H0": self.cosmology[0], "Om0": self.cosmology[1]})
+        quantity = package("astropy.units", "to_table needs astropy").Quantity
+        about = {"z_source": self.z_source, "H0": self.cosmology[0], "Om0": self.cosmology[1]}
+        table: astropy.table.QTable = package("astropy.table", "to_table needs astropy").QTable(meta=about)
         for name, values in self.to_dict().items():
             unit = UNITS.get(name)
-            table[name] = values if unit is None else units.Quantity(values, unit, copy=False)
+            table[name] = values if unit is None else quantity(values, unit, copy=False)
         return table
 
     def to_dataframe(self) -> pandas.DataFrame:
         """A pandas data frame."""
-        import pandas
-
-        return pandas.DataFrame(self.to_dict())
+        found: pandas.DataFrame = package("pandas", "to_dataframe needs pandas").DataFrame(self.to_dict())
+        return found
 
     def __reduce__(self) -> tuple[Any, ...]:
         numbers = {name: np.array(self[name]) for name in self.colnames}
@@ -266,7 +265,7 @@ def _restored(
     sightline: int,
     made_for: tuple[str, str] | None,
 ) -> Haloes:
-    config = None if toml is None else _of_toml(toml)
+    config = None if toml is None else of_toml(toml)
     return Haloes(Catalogue.of_columns(*state), config=config, sightline=sightline, made_for=made_for)
 
 
@@ -277,14 +276,14 @@ def as_haloes(haloes: HaloesLike, z_source: float | None, cosmology: Any = None)
     if z_source is None:
         raise InputError("z_source is missing, but must be given with haloes that are no haloray.Haloes")
     if isinstance(haloes, (str, os.PathLike)):
-        return Haloes.read(haloes, z_source, cosmology)
-    if hasattr(haloes, "colnames"):
-        return Haloes.from_table(haloes, z_source, cosmology)
-    if hasattr(haloes, "columns") and hasattr(haloes, "iloc"):
-        frame: Any = haloes
-        return Haloes.from_dataframe(frame, z_source, cosmology)
-    if isinstance(haloes, Mapping):
-        return Haloes.from_columns(haloes, z_source, cosmology)
+        return Haloes.read(cast("str | os.PathLike[str]", haloes), z_source, cosmology)
+    given: Any = haloes
+    if hasattr(given, "colnames"):
+        return Haloes.from_table(given, z_source, cosmology)
+    if hasattr(given, "columns") and hasattr(given, "iloc"):
+        return Haloes.from_dataframe(given, z_source, cosmology)
+    if isinstance(given, Mapping):
+        return Haloes.from_columns(cast("Mapping[str, Any]", given), z_source, cosmology)
     raise refuse("haloes", haloes, "haloray.Haloes, a table, the path of one, or columns by name")
 
 
@@ -339,4 +338,4 @@ def populate(
     return Haloes(native, config=resolved, sightline=sightline)
 
 
-__all__ = ["Haloes", "HaloesLike", "array", "as_haloes", "populate"]
+__all__ = ["Haloes", "HaloesLike", "as_haloes", "populate"]

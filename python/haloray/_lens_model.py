@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from ._cosmology import parameters
 from ._errors import InputError
 from ._haloray import Lens, lens_model_names
-from ._units import Array, Points, number, optional, refuse, whole
+from ._units import Array, Points, expect, number, optional, refuse, whole
 
 #: Names that a ``lens_model_list`` may hold.
 LENS_MODELS: tuple[str, ...] = tuple(lens_model_names)
@@ -116,9 +116,11 @@ class LensModel:
         **unsupported: Any,
     ) -> None:
         _refuse_unsupported(unsupported, z_source)
-        if isinstance(lens_model_list, str) or not all(isinstance(name, str) for name in lens_model_list):
+        if isinstance(lens_model_list, str):
             raise refuse("lens_model_list", lens_model_list, "a list of names")
-        self.lens_model_list: list[str] = list(lens_model_list)
+        self.lens_model_list: list[str] = [
+            expect("lens_model_list", name, str, "a list of names") for name in lens_model_list
+        ]
         self.multi_plane = bool(multi_plane)
         los = [name for name in self.lens_model_list if name in LOS_MODELS]
         if len(los) > 1:
@@ -388,21 +390,22 @@ class LensModel:
         if k is None:
             return None
         if isinstance(k, (list, tuple, np.ndarray)):
-            if len(k) > 0 and all(isinstance(own, (bool, np.bool_)) for own in k):
-                return [i for i, own in enumerate(k) if own]
-            return [whole("k", own) for own in k]
+            chosen = list(cast("Sequence[object]", k))
+            if chosen and all(isinstance(own, (bool, np.bool_)) for own in chosen):
+                return [i for i, own in enumerate(chosen) if own]
+            return [whole("k", own) for own in chosen]
         return [whole("k", k)]
 
 
 def _source_of(points: Points, x: Any, y: Any) -> tuple[Array, Array]:
     source = Points(("x_source", "y_source"), x, y)
     try:
-        columns = [np.broadcast_to(own.reshape(source.shape), points.shape).reshape(-1) for own in (source.x, source.y)]
+        x, y = (np.broadcast_to(own.reshape(source.shape), points.shape) for own in (source.x, source.y))
     except ValueError as error:
         raise InputError(
             f"x_source is of shape {source.shape}, but must have that of x_image, {points.shape}, or be a number"
         ) from error
-    return np.ascontiguousarray(columns[0]), np.ascontiguousarray(columns[1])
+    return np.ascontiguousarray(x).reshape(-1), np.ascontiguousarray(y).reshape(-1)
 
 
 def _has_quantities(kwargs: Any) -> bool:

@@ -11,6 +11,7 @@ from ._ensemble import Executor
 from ._fit import Observation
 from ._haloray import mock as _mock
 from ._haloray import mock_instrument
+from ._packages import package
 from ._progress import Progress, callback
 from ._units import Array, refuse, whole
 
@@ -89,11 +90,9 @@ class Mock:
 
     def to_table(self) -> astropy.table.QTable:
         """An astropy ``QTable`` with units, and ``quality`` where there are images."""
-        from astropy import units
-        from astropy.table import QTable
-
+        units = package("astropy.units", "to_table needs astropy")
         names = {"Msun": "solMass"}
-        table = QTable()
+        table: astropy.table.QTable = package("astropy.table", "to_table needs astropy").QTable()
         if self.images:
             table["quality"] = [image.quality for image in self.images]
         for name, values in self.columns.items():
@@ -106,10 +105,9 @@ class Mock:
 
     def to_dataframe(self) -> pandas.DataFrame:
         """A pandas data frame, with ``quality`` where there are images."""
-        import pandas
-
         quality = {"quality": [image.quality for image in self.images]} if self.images else {}
-        return pandas.DataFrame({**quality, **self.columns})
+        found: pandas.DataFrame = package("pandas", "to_dataframe needs pandas").DataFrame({**quality, **self.columns})
+        return found
 
 
 def mock(
@@ -168,7 +166,7 @@ def mock(
     count, start, seed = whole("n", n, 1, 1_000_000), whole("first", first, 0, 1 << 40), whole("seed", seed)
     rest = str(pixel_sampling), bool(images)
     if executor is None:
-        parts = [_mock(preset, seed, start, start + count, *rest, callback(progress))]
+        parts: list[dict[str, Any]] = [_mock(preset, seed, start, start + count, *rest, callback(progress))]
     else:
         if not hasattr(executor, "submit"):
             raise refuse("executor", executor, "a concurrent.futures.Executor, or another object with a method submit")

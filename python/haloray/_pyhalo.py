@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
-
-import numpy as np
 
 from ._errors import InputError
 from ._haloes import Haloes
@@ -77,7 +76,7 @@ def from_lens_models(
             raise InputError(f"a profile is {name}, but must be NFW or TNFW, or the sheet CONVERGENCE")
         columns["z"].append(float(z))
         for theirs, ours in _FIELDS.items():
-            default = np.inf if theirs == "r_trunc" else 0.0 if theirs.startswith("center") else None
+            default = math.inf if theirs == "r_trunc" else 0.0 if theirs.startswith("center") else None
             value = own.get(theirs, default)
             if value is None:
                 raise InputError(f"argument {theirs} of {name} is missing, but must be given")
@@ -97,10 +96,10 @@ def to_lens_models(haloes: Haloes) -> tuple[list[str], list[float], list[dict[st
             "center_x": float(haloes.theta_x_arcsec[i]),
             "center_y": float(haloes.theta_y_arcsec[i]),
         }
-        is_truncated = truncation is not None and np.isfinite(truncation[i])
-        if is_truncated:
-            own["r_trunc"] = float(truncation[i])
-        names.append("TNFW" if is_truncated else "NFW")
+        radius = math.inf if truncation is None else float(truncation[i])
+        if math.isfinite(radius):
+            own["r_trunc"] = radius
+        names.append("TNFW" if math.isfinite(radius) else "NFW")
         kwargs.append(own)
     return names, [float(z) for z in haloes.z], kwargs
 

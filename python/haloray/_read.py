@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ._config import _of_toml
+from ._config import of_toml
 from ._errors import InputError, MissingFileError
 from ._fit import Observation, to_arviz
 from ._haloes import Haloes
 from ._haloray import Config, read_groups, read_posterior
-from ._units import Array
+from ._packages import package
+from ._units import Array, centred
 
 if TYPE_CHECKING:
     import xarray
@@ -70,8 +71,8 @@ class Run:
     groups: dict[str, Any]
     config: Config
     path: str
-    attributes: dict[str, dict[str, Any]] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
+    attributes: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
+    units: dict[str, str] = field(default_factory=dict[str, str])
 
     def setting(self, section: str, key: str) -> float:
         """A number of the configuration, such as ``setting("lens", "einstein_radius_arcsec")``."""
@@ -112,7 +113,7 @@ def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
         groups, toml, attributes, units = read_groups(name)
         if not toml:
             raise InputError(f"{name} holds no configuration, but must be written by haloray")
-        return Run(groups, _of_toml(toml), name, attributes, units)
+        return Run(groups, of_toml(toml), name, attributes, units)
     if suffix in (".fits", ".fit", ".fz"):
         return Observation.read(name)
     raise InputError(f"{name} is no .nc, .h5 or .fits file; tables of haloes are read by Haloes.read")
@@ -146,7 +147,7 @@ def _gather(run: Run, path: str, members: dict[str, Any], groups: dict[str, Any]
     coords: dict[str, Any] = {}
     for name, values in members.items():
         if isinstance(values, dict):
-            _gather(run, f"{path}/{name}".lstrip("/"), values, groups)
+            _gather(run, f"{path}/{name}".lstrip("/"), cast("dict[str, Any]", values), groups)
             continue
         unit = run.units.get(f"{path}/{name}".lstrip("/"), "")
         own = np.asarray(values)
@@ -156,7 +157,7 @@ def _gather(run: Run, path: str, members: dict[str, Any], groups: dict[str, Any]
             if "half_width_arcsec" in about:
                 dims, axis = ("theta_y", "theta_x"), np.linspace(-1.0, 1.0, n) * about["half_width_arcsec"]
             else:
-                dims, axis = ("y", "x"), (np.arange(n) - 0.5 * (n - 1)) * about.get("pixel_scale_arcsec", 1.0)
+                dims, axis = ("y", "x"), centred(n) * about.get("pixel_scale_arcsec", 1.0)
             coords.update({dim: (dim, axis, {"units": "arcsec"}) for dim in dims})
         variables[name] = (dims, own, {"units": unit} if unit else {})
     groups["/" + path] = _xarray().Dataset(variables, coords, dict(about))
@@ -201,12 +202,7 @@ def open_posterior(path: str | os.PathLike[str]) -> xarray.Dataset:
 
 
 def _xarray() -> Any:
-    """The package xarray."""
-    try:
-        import xarray
-    except ImportError as error:
-        raise ImportError("this needs xarray: pip install xarray h5netcdf") from error
-    return xarray
+    return package("xarray", "saved results are xarray data sets", "xarray h5netcdf")
 
 
 __all__ = ["Posterior", "Run", "open_ensemble", "open_posterior", "open_run", "read"]

@@ -18,6 +18,7 @@ from ._haloray import Config
 from ._haloray import image as _image
 from ._haloray import simulate as _simulate
 from ._haloray import write_image as _write_image
+from ._packages import package
 from ._progress import Progress, callback
 from ._sight import dataset
 from ._units import Array, whole
@@ -63,13 +64,13 @@ class Image:
 
     def to_hdus(self, noise_free: bool = False) -> astropy.io.fits.HDUList:
         """The image as astropy HDUs, with WCS and the keywords of the exposure."""
-        from astropy.io import fits
-
+        fits = package("astropy.io.fits", "to_hdus needs astropy")
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "image.fits")
             self.write(path, noise_free)
             with fits.open(path, memmap=False, lazy_load_hdus=False) as opened:
-                return fits.HDUList([hdu.copy() for hdu in opened])
+                found: astropy.io.fits.HDUList = fits.HDUList([hdu.copy() for hdu in opened])
+                return found
 
 
 @dataclass(frozen=True)

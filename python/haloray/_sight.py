@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ._decoupled import DecoupledMultiPlane, decoupled
-from ._errors import InputError
 from ._haloes import Haloes, HaloesLike, as_haloes
 from ._haloray import Sight
+from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, Points, number, optional, refuse, whole
+from ._units import Array, Points, expect, number, optional, refuse, whole
 
 if TYPE_CHECKING:
     import xarray
@@ -165,13 +165,9 @@ class LineOfSight:
     ) -> None:
         self.haloes: Haloes = as_haloes(haloes, optional("z_source", z_source), cosmology)
         made_for = self.haloes._made_for or ("on-axis", "bent")
-        self.sheets: str = made_for[0] if sheets is None else sheets
-        self.reference: str = made_for[1] if reference is None else reference
+        self.sheets: str = made_for[0] if sheets is None else expect("sheets", sheets, str, "a name")
+        self.reference: str = made_for[1] if reference is None else expect("reference", reference, str, "a name")
         self.accuracy_arcsec = _accuracy(accuracy_arcsec)
-        if not isinstance(self.sheets, str):
-            raise refuse("sheets", sheets, "a name")
-        if not isinstance(self.reference, str):
-            raise refuse("reference", reference, "a name")
         self._native = Sight(self.haloes._native, self.sheets, self.reference)
 
     def __len__(self) -> int:
@@ -494,17 +490,14 @@ def _restored(haloes: Haloes, sheets: str, reference: str, accuracy_arcsec: floa
 
 def dataset(maps: dict[str, Any]) -> xarray.Dataset:
     """Maps by name, each (unit, values), as an xarray data set."""
-    try:
-        import xarray
-    except ImportError as error:
-        raise ImportError("maps are xarray data sets: pip install xarray") from error
     maps = dict(maps)
     axis = maps.pop("theta_arcsec")
     dims = ("theta_y", "theta_x")
     variables = {name: (dims, values, {"units": unit} if unit else {}) for name, (unit, values) in maps.items()}
     coordinate = {"units": "arcsec"}
     coords = {"theta_y": ("theta_y", axis, coordinate), "theta_x": ("theta_x", axis, coordinate)}
-    return xarray.Dataset(variables, coords)
+    found: xarray.Dataset = package("xarray", "maps are xarray data sets").Dataset(variables, coords)
+    return found
 
 
-__all__ = ["Effective", "Flexion", "InputError", "Interpol", "LineOfSight", "Rays", "Tidal", "dataset"]
+__all__ = ["Effective", "Flexion", "Interpol", "LineOfSight", "Rays", "Tidal", "dataset"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,20 @@ from numpy.typing import NDArray
 from ._errors import InputError
 
 Array = NDArray[np.float64]
+_Kind = TypeVar("_Kind")
 
 
 def refuse(name: str, value: object, allowed: str) -> InputError:
     """The error of an argument that is something else than allowed."""
     text = repr(value)
     return InputError(f"{name} is {text if len(text) < 80 else text[:77] + '...'}, but must be {allowed}")
+
+
+def expect(name: str, value: object, kind: type[_Kind], allowed: str) -> _Kind:
+    """``value``, if it is of that kind."""
+    if not isinstance(value, kind):
+        raise refuse(name, value, allowed)
+    return value
 
 
 def _plain(name: str, value: Any, unit: str | None) -> Any:
@@ -32,16 +40,20 @@ def _plain(name: str, value: Any, unit: str | None) -> Any:
 def array(name: str, value: Any, unit: str | None = None) -> Array:
     """``value`` as a contiguous float64 array in native byte order, of any shape; not copied where it is one already."""
     value = _plain(name, value, unit)
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+    if _is_masked(value):
         raise InputError(f"{name} has masked values, but must have none")
     try:
-        found = np.asarray(value)
+        found: NDArray[Any] = np.asarray(value)
     except (TypeError, ValueError) as error:
         raise refuse(name, value, "an array of numbers") from error
     if found.dtype.kind not in "fiu":
         raise InputError(f"{name} is an array of {found.dtype}, but must be of real numbers")
     # numpy makes a 0-d array one of one number here.
     return np.ascontiguousarray(found, dtype=np.float64).reshape(found.shape)
+
+
+def _is_masked(value: object) -> bool:
+    return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(cast("NDArray[Any]", value)))
 
 
 def column(name: str, value: Any, unit: str | None = None) -> Array:
@@ -58,6 +70,11 @@ def image(name: str, value: Any, unit: str | None = None) -> Array:
     if found.ndim != 2 or found.shape[0] != found.shape[1] or found.size == 0:
         raise InputError(f"{name} is of shape {found.shape}, but must be square, (n, n)")
     return found
+
+
+def centred(n: int) -> Array:
+    """Places of n pixels or nodes about their middle, in units of their distance."""
+    return np.arange(n, dtype=np.float64) - 0.5 * (n - 1)
 
 
 def number(name: str, value: Any, unit: str | None = None) -> float:
@@ -96,7 +113,8 @@ class Points:
         first, second = array(names[0], x, "arcsec"), array(names[1], y, "arcsec")
         if first.shape != second.shape:
             try:
-                first, second = np.broadcast_arrays(first, second)
+                shape = np.broadcast_shapes(first.shape, second.shape)
+                first, second = np.broadcast_to(first, shape), np.broadcast_to(second, shape)
             except ValueError as error:
                 raise InputError(
                     f"{names[1]} is of shape {second.shape}, but must have that of {names[0]}, {first.shape}"

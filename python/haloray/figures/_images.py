@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._drawing.style import BLACK, FLUX, WHITE, bar, caption, image_norm, panels, quantile, raster, styled, symmetric
 from .._mock import Mock
 from .._run import Image
 from ._lens import curves_of_group, lay_over
 from ._saved import RunLike, group_of, half_of, run_of
-from ._style import BLACK, FLUX, WHITE, bar, caption, image_norm, panels, quantile, raster, styled, symmetric
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -74,6 +74,7 @@ def exposure(image: Image, figure: Figure | SubFigure | None = None, *, backgrou
     norm, half = image_norm([image.noise_free_e_s], background), half_of(image.noisy_e_s.shape[0], scale)
     figure, axes = panels(figure, 1, 2, 1.0, extra_mm=9.0)
     grids = [(image.noise_free_e_s, "noise-free"), (image.noisy_e_s, "with noise")]
+    shown: Any = None
     for i, (values, name) in enumerate(grids):
         shown = raster(axes[0, i], values, half, norm, "inferno", i == 0)
         caption(axes[0, i], name, "inferno")

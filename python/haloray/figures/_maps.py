@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from .._drawing.style import bar, circle, log_norm, panels, raster, styled, symmetric
 from .._read import Run
 from ._lens import curves_of_group, lay_over
 from ._saved import group_of, run_of
-from ._style import bar, circle, log_norm, panels, raster, styled, symmetric
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -69,8 +69,7 @@ def flexion_maps(
 def _of(maps: Any, radius: float | None) -> tuple[dict[str, Any], dict[str, float], float, float, list[Any]]:
     """Maps by name, values on the axis, half the width out to the edges of the outermost cells, Einstein radius, curves."""
     if isinstance(maps, (Run, str, os.PathLike)):
-        file = "maps.h5" if not isinstance(maps, Run) and os.path.exists(os.path.join(maps, "maps.h5")) else "run.h5"
-        run = maps if isinstance(maps, Run) else run_of(os.path.join(maps, file) if os.path.isdir(maps) else maps)
+        run = maps if isinstance(maps, Run) else _run_of_maps(cast("str | os.PathLike[str]", maps))
         grids, about = group_of(run, "maps"), run.attributes["maps"]
         centres = {name: about.get(f"{name}_on_axis", float("nan")) for name in ("kappa", "gamma1", "gamma2")}
         node = about["half_width_arcsec"]
@@ -84,3 +83,9 @@ def _of(maps: Any, radius: float | None) -> tuple[dict[str, Any], dict[str, floa
         centres = {name: float(middle[name]) for name in ("kappa", "gamma1", "gamma2")}
     n = grids["kappa"].shape[0]
     return grids, centres, node * n / (n - 1), radius or 0.0, found
+
+
+def _run_of_maps(path: str | os.PathLike[str]) -> Run:
+    """The run in a folder, or the maps of `haloray map` there; or in that file."""
+    own = os.path.join(path, "maps.h5")
+    return run_of(own if os.path.exists(own) else path)
