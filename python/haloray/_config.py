@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ._errors import InputError
 from ._haloray import Config
-from ._units import number, refuse, whole
+from ._units import expect, number, path_of, refuse, whole
 
 #: A preset's name, the path of a TOML file, a dictionary of the keys to change, or a resolved configuration.
 ConfigLike = Union[str, "os.PathLike[str]", Mapping[str, Any], Config, None]
@@ -57,12 +57,13 @@ def config(
     MissingFileError
         No such file.
     """
-    resolved = _resolve(config, preset)
+    resolved = _resolve(config, expect("preset", preset, str, "a preset's name"))
     if seed is None and draw is None and accuracy_arcsec is None:
         return resolved
     seed = None if seed is None else whole("seed", seed)
     if accuracy_arcsec is not None and not isinstance(accuracy_arcsec, str):
         accuracy_arcsec = number("accuracy_arcsec", accuracy_arcsec, "arcsec")
+    draw = None if draw is None else expect("draw", draw, str, '"direct" or "brute-force"')
     return resolved.with_options(seed, draw, accuracy_arcsec)
 
 
@@ -74,7 +75,7 @@ def _resolve(config: Any, preset: str) -> Config:
     if isinstance(config, str) and config in PRESETS:
         return Config.of_file(config, None)
     if isinstance(config, (str, os.PathLike)):
-        return Config.of_file(preset, os.fspath(config))
+        return Config.of_file(preset, path_of("config", cast("object", config)))
     if isinstance(config, Mapping):
         return Config.of_json(preset, as_json("config", cast("Mapping[str, Any]", config)))
     raise refuse("config", config, "a preset's name, the path of a TOML file or a dictionary")

@@ -17,7 +17,7 @@ from ._cosmology import parameters
 from ._errors import InputError, MissingFileError
 from ._lens_model import LensModel
 from ._packages import package
-from ._units import Array, image, number
+from ._units import Array, image, items, mapping, number, path_of
 
 Kwargs = Sequence[Mapping[str, Any]]
 
@@ -76,7 +76,7 @@ def from_coolest(path: str | os.PathLike[str]) -> CoolestModel:
     MissingFileError
         No such file.
     """
-    name = os.fspath(path)
+    name = path_of("path", path)
     try:
         with open(name, encoding="utf-8") as file:
             content: Any = json.load(file)
@@ -163,7 +163,7 @@ def to_coolest(
         package(f"coolest.template.{own}", "to_coolest needs the coolest package")
         for own in ("lazy", "json", "standard")
     )
-    name: str = os.path.abspath(os.fspath(path))
+    name = os.path.abspath(path_of("path", path))
     if not name.endswith(".json"):
         raise InputError(f"path is {name}, but must end in .json")
     masses = [_mass_out(own, kwargs) for own, kwargs in _pairs("lens", lens_model_list, kwargs_lens)]
@@ -179,6 +179,7 @@ def to_coolest(
                 found[place].parameters[own].set_point_estimate(value)
         return found
 
+    z_lens, z_source = number("z_lens", z_lens), number("z_source", z_source)
     entities: list[Any] = []
     if fields:
         entities.append(lazy.MassField("line of sight", z_lens, mass_model=filled(lazy.MassModel, fields)))
@@ -326,9 +327,13 @@ def _light_in(profile: Mapping[str, Any]) -> tuple[str, dict[str, float]]:
 
 
 def _pairs(what: str, names: Sequence[str], kwargs: Kwargs) -> list[tuple[str, Mapping[str, Any]]]:
-    if isinstance(names, str) or len(names) != len(kwargs):
-        raise InputError(f"arguments of the {what} are {len(kwargs)}, but must be as many as its models, {len(names)}")
-    return list(zip(names, kwargs))
+    models = items(f"models of the {what}", names, "a list of names")
+    arguments = items(f"arguments of the {what}", kwargs, "a list of dictionaries")
+    if len(models) != len(arguments):
+        raise InputError(
+            f"arguments of the {what} are {len(arguments)}, but must be as many as its models, {len(models)}"
+        )
+    return [(name, mapping(f"arguments of {name}", own, "a dictionary")) for name, own in zip(models, arguments)]
 
 
 __all__ = ["CoolestModel", "from_coolest", "to_coolest"]

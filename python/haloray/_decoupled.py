@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -12,10 +11,10 @@ from ._errors import InputError
 from ._haloes import Haloes
 from ._lens_model import LensModel
 from ._packages import package
-from ._units import Array, Points, number, whole
+from ._units import Array, Points, number, refuse, whole
 
 #: Of a main lens: (redshift, name of a profile, its arguments).
-Lens = tuple[float, str, Mapping[str, float]]
+Lens = tuple[float, str, dict[str, float]]
 
 
 class Sight(Protocol):
@@ -55,7 +54,14 @@ class DecoupledMultiPlane:
     def ray_shooting(self, x_arcsec: Any, y_arcsec: Any, lens: Lens | None = None) -> tuple[Any, Any]:
         """β as lenstronomy's decoupled multi-plane has it behind ``lens`` (the fiducial one unless given), arcsec."""
         points = Points(("x_arcsec", "y_arcsec"), x_arcsec, y_arcsec)
-        _, name, arguments = self.lens if lens is None else lens
+        _, name, arguments = self.lens if lens is None else lens_of(lens)
+        half = float(self.kwargs["x0_interp"].grid[0][-1])
+        outside = np.flatnonzero(~((np.abs(points.x) <= half) & (np.abs(points.y) <= half)))
+        if len(outside):
+            x, y = points.x[outside[0]], points.y[outside[0]]
+            raise InputError(
+                f"point {outside[0]} is ({x:g}, {y:g}) arcsec, but must be within {half:g} of the axis, as the tables are"
+            )
         at = (points.x, points.y)
         to_lens, to_source, between = self._comoving
         x, y = self.kwargs["x0_interp"](at), self.kwargs["y0_interp"](at)
@@ -75,14 +81,31 @@ class DecoupledMultiPlane:
         return np.hypot(found[0] - traced[0], found[1] - traced[1])
 
 
+def lens_of(lens: Any) -> Lens:
+    """A main lens with numbers; quantities are converted."""
+    try:
+        z_lens, name, arguments = lens
+        named = dict(arguments)
+    except (TypeError, ValueError) as error:
+        raise refuse("lens", lens, "(redshift, name of a profile, its arguments)") from error
+    numbers = {str(own): number(str(own), value, _unit_of(str(own))) for own, value in named.items()}
+    return number("redshift of the lens", z_lens), str(name), numbers
+
+
+def _unit_of(name: str) -> str | None:
+    """The unit of an argument of a profile that may come as a quantity."""
+    angles = ("theta_E", "center_x", "center_y", "Rs", "alpha_Rs", "r_trunc", "R_sersic")
+    return "arcsec" if name in angles else None
+
+
 def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> DecoupledMultiPlane:
     """Rays of ``sight`` on a grid, as tables around ``lens``."""
     interpolate = package("scipy.interpolate", "to_decoupled_multiplane needs scipy, as lenstronomy does")
     half, n = number("half_width_arcsec", half_width_arcsec, "arcsec"), whole("n", n, 4, 4096)
     if not 0.0 < half < float("inf"):
         raise InputError(f"half_width_arcsec is {half}, but must be positive and finite")
+    lens = lens_of(lens)
     z_lens, name, arguments = lens
-    z_lens = number("redshift of the lens", z_lens)
     to_lens, to_source = _comoving(sight, z_lens), _comoving(sight, sight.z_source)
     between = to_source - to_lens
     axis = np.linspace(-half, half, n)
@@ -105,9 +128,7 @@ def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> Decou
         "alpha_y_interp_background": table(background[1]),
         "z_split": z_lens,
     }
-    found = DecoupledMultiPlane(
-        kwargs, float("nan"), (z_lens, name, dict(arguments)), sight, (to_lens, to_source, between)
-    )
+    found = DecoupledMultiPlane(kwargs, float("nan"), lens, sight, (to_lens, to_source, between))
     middle = 0.5 * (axis[1:] + axis[:-1])
     worst = float(np.max(found.error(*np.meshgrid(middle, middle))))
     return replace(found, error_arcsec=worst)

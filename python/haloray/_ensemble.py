@@ -18,7 +18,7 @@ from ._errors import InputError
 from ._haloray import Config, EnsemblePlan
 from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, centred, column, number, refuse, whole
+from ._units import Array, centred, column, number, one_of, path_of, refuse, whole
 
 if TYPE_CHECKING:
     import pandas
@@ -130,8 +130,7 @@ class Ensemble:
             "maps": self.maps,
             "images": self.images,
         }
-        if group not in groups:
-            raise refuse("group", group, '"sightlines", "tidal_haloes", "maps" or "images"')
+        group = one_of("group", group, list(groups))
         coords: dict[str, Any] = {"sightline": self.sightline}
         variables: dict[str, Any] = {}
         for name, values in groups[group].items():
@@ -170,7 +169,7 @@ class Ensemble:
         stacks = [np.ascontiguousarray(stack) for stack in self._stacks]
         failures = sorted(self.failures.items())
         own, tidal = self._values
-        for complaint in self._native.write(own, tidal, stacks, failures, os.fspath(folder), bool(overwrite)):
+        for complaint in self._native.write(own, tidal, stacks, failures, path_of("folder", folder), bool(overwrite)):
             warnings.warn(complaint, stacklevel=2)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -250,8 +249,7 @@ def ensemble(
     (8,)
     """
     resolved = resolve(config, preset=preset, seed=seed, draw=draw, accuracy_arcsec=accuracy_arcsec)
-    if level not in LEVELS:
-        raise refuse("level", level, '"scalars", "maps", "images" or "fits"')
+    level = one_of("level", level, LEVELS)
     rows = _lenses(lenses)
     count = whole("n", n, 1, 1 << 40) * max(len(rows), 1)
     plan = _Plan(resolved.toml, rows, level, str(model), whole("first", first, 0, 1 << 40), count)

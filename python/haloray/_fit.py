@@ -10,17 +10,17 @@ from dataclasses import dataclass, fields
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Union, cast
 
+from . import _haloray
 from ._config import as_json
 from ._drawing.corner import corner
-from ._errors import InputError
+from ._errors import FileError, InputError, MissingFileError
 from ._haloray import Observation as _Observation
 from ._haloray import fit as _fit
-from ._haloray import model_text, models
 from ._packages import package
 from ._progress import Progress, callback
 from ._run import Image
 from ._sight import LineOfSight
-from ._units import Array, expect, image, number, optional, refuse, whole
+from ._units import Array, expect, image, mapping, number, optional, path_of, refuse, whole
 
 if TYPE_CHECKING:
     import pandas
@@ -78,7 +78,7 @@ class Observation:
     def read(cls, path: str | os.PathLike[str]) -> Observation:
         """Read a FITS image with the keywords and extensions that ``haloray fit`` reads."""
         found = cls.__new__(cls)
-        found._native = _Observation.read(os.fspath(path))
+        found._native = _Observation.read(path_of("path", path))
         return found
 
     @classmethod
@@ -100,6 +100,8 @@ class Observation:
             A keyword that is missing, or whose effect haloray does not have: noise maps, exposure maps, rotated or
             off-centre grids.
         """
+        kwargs_data = mapping("kwargs_data", kwargs_data, "a dictionary")
+        kwargs_psf = mapping("kwargs_psf", kwargs_psf, "a dictionary")
         known = {"image_data", "background_rms", "exposure_time", "transform_pix2angle", "likelihood_mask"}
         known |= {"ra_at_xy_0", "dec_at_xy_0"}
         _check_keywords("kwargs_data", kwargs_data, known, {"image_data", "background_rms", "exposure_time"})
@@ -283,6 +285,38 @@ def to_arviz(posterior: Mapping[str, Array], sample_stats: Mapping[str, Array]) 
     return package("arviz_base", "to_arviz needs ArviZ", "arviz").from_dict(groups)
 
 
+def models() -> list[tuple[str, str]]:
+    """List the built-in models.
+
+    Returns
+    -------
+    list of (str, str)
+        The name of each, and what it is for.
+    """
+    return _haloray.models()
+
+
+def model_text(name: str) -> str:
+    """Show a built-in model in full.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`models`.
+
+    Returns
+    -------
+    str
+        Its TOML, to be changed and given to :func:`fit`.
+
+    Raises
+    ------
+    InputError
+        No such model.
+    """
+    return _haloray.model_text(expect("name", name, str, "a model's name"))
+
+
 #: An image, the path of a FITS file, an Observation, or an Image of :func:`image`.
 ObservationLike = Union[Observation, Image, str, "os.PathLike[str]"]
 
@@ -348,15 +382,15 @@ def fit(
     if not 400.0 <= number("min_ess", min_ess) < float("inf"):
         raise refuse("min_ess", min_ess, "at least 400 and finite")
     options = SimpleNamespace(
-        sampler=sampler,
+        sampler=expect("sampler", sampler, str, "a sampler's name"),
         seed=whole("seed", seed),
         min_ess=number("min_ess", min_ess),
         max_draws=None if max_draws is None else whole("max_draws", max_draws, 4, 2**31),
-        likelihood=likelihood,
-        pixel_sampling=pixel_sampling,
-        output=None if output is None else os.fspath(output),
+        likelihood=None if likelihood is None else expect("likelihood", likelihood, str, "a likelihood's name"),
+        pixel_sampling=None if pixel_sampling is None else expect("pixel_sampling", pixel_sampling, str, "a name"),
+        output=None if output is None else path_of("output", output),
         overwrite=bool(overwrite),
-        resume=None if resume is None else os.fspath(resume),
+        resume=None if resume is None else path_of("resume", resume),
     )
     form, text = _description(model)
     through = None
@@ -412,12 +446,16 @@ def _description(model: Any) -> tuple[str, str]:
     if isinstance(model, str) and "\n" in model:
         return "toml", model
     if isinstance(model, (str, os.PathLike)):
-        path = os.fspath(cast("str | os.PathLike[str]", model))
+        path = path_of("model", cast("object", model))
         if not path.lower().endswith(".toml"):
             return "name", path
         try:
             with open(path, encoding="utf-8") as file:
                 return "toml", file.read()
+        except FileNotFoundError as error:
+            raise MissingFileError(f"cannot read {path}: no such file") from error
+        except OSError as error:
+            raise FileError(f"cannot read {path}: {error}") from error
         except UnicodeDecodeError as error:
             raise InputError(f"{path} is not a TOML file: not UTF-8 text") from error
     raise refuse("model", model, "a model's name, the path of a TOML file, a TOML text or a dictionary")

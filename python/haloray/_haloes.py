@@ -16,7 +16,7 @@ from ._haloray import Catalogue, Config
 from ._haloray import populate as _populate
 from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, column, expect, number, refuse, whole
+from ._units import Array, column, expect, mapping, number, path_of, refuse, whole
 
 if TYPE_CHECKING:
     import astropy.table
@@ -71,7 +71,7 @@ class Haloes:
     ) -> None:
         made = "made by populate, read, from_columns, from_table or from_dataframe"
         self._native = expect("haloes", native, Catalogue, made)
-        self.config = config
+        self.config = None if config is None else expect("config", config, Config, "a haloray.Config")
         self.sightline = sightline
         self._made_for = (config.sheets, config.reference) if made_for is None and config is not None else made_for
 
@@ -97,7 +97,7 @@ class Haloes:
         """
         numbers: dict[str, Array] = {}
         texts: dict[str, list[str]] = {}
-        for name, values in columns.items():
+        for name, values in mapping("columns", columns, "columns by name").items():
             if name not in UNITS and np.asarray(values).dtype.kind in "USO":
                 texts[str(name)] = [str(value) for value in values]
             else:
@@ -111,6 +111,8 @@ class Haloes:
         """Haloes from an astropy table, whose columns may have units; see :meth:`from_columns`."""
         columns: dict[str, Any] = {}
         given: Any = table
+        if not hasattr(given, "colnames"):
+            raise refuse("table", given, "an astropy table")
         for name in given.colnames:
             own = given[name]
             unit = getattr(own, "unit", None)
@@ -120,6 +122,8 @@ class Haloes:
     @classmethod
     def from_dataframe(cls, frame: pandas.DataFrame, z_source: float, cosmology: Any = None) -> Haloes:
         """Haloes from a pandas data frame; see :meth:`from_columns`."""
+        if not (hasattr(frame, "columns") and hasattr(frame, "iloc")):
+            raise refuse("frame", frame, "a pandas data frame")
         return cls.from_columns({str(name): frame[name].to_numpy() for name in frame.columns}, z_source, cosmology)
 
     @classmethod
@@ -133,7 +137,7 @@ class Haloes:
         MissingFileError
             No such file.
         """
-        native, made_for = Catalogue.read(os.fspath(path), number("z_source", z_source), parameters(cosmology))
+        native, made_for = Catalogue.read(path_of("path", path), number("z_source", z_source), parameters(cosmology))
         return cls(native, made_for=made_for)
 
     def write(self, path: str | os.PathLike[str]) -> None:
@@ -141,7 +145,7 @@ class Haloes:
         told = f"# sightline = {self.sightline}\n" if self.sightline else ""
         seed = None if self.config is None else self.config.seed
         toml = "" if self.config is None else told + self.config.toml
-        self._native.write(os.fspath(path), seed, toml)
+        self._native.write(path_of("path", path), seed, toml)
 
     def __len__(self) -> int:
         return len(self._native)
@@ -181,7 +185,7 @@ class Haloes:
         if isinstance(key, str):
             found = self._native.column(key)
             if found is None:
-                raise KeyError(key)
+                raise KeyError(f"{key} is no column of haloes that have {', '.join(self.colnames)}")
             return found
         keep = np.zeros(len(self), dtype=bool)
         try:

@@ -11,7 +11,7 @@ import numpy as np
 from ._cosmology import parameters
 from ._errors import InputError
 from ._haloray import Lens, lens_model_names
-from ._units import Array, Points, expect, number, optional, refuse, whole
+from ._units import Array, Points, items, names_in, number, one_of, optional, refuse, whole
 
 #: Names that a ``lens_model_list`` may hold.
 LENS_MODELS: tuple[str, ...] = tuple(lens_model_names)
@@ -116,11 +116,7 @@ class LensModel:
         **unsupported: Any,
     ) -> None:
         _refuse_unsupported(unsupported, z_source)
-        if isinstance(lens_model_list, str):
-            raise refuse("lens_model_list", lens_model_list, "a list of names")
-        self.lens_model_list: list[str] = [
-            expect("lens_model_list", name, str, "a list of names") for name in lens_model_list
-        ]
+        self.lens_model_list: list[str] = names_in("lens_model_list", lens_model_list)
         self.multi_plane = bool(multi_plane)
         los = [name for name in self.lens_model_list if name in LOS_MODELS]
         if len(los) > 1:
@@ -130,7 +126,11 @@ class LensModel:
                 "lens_model_list", lens_model_list, f"without {los[0]}, which has one plane, or multi_plane=False"
             )
         self.z_lens, self.z_source = optional("z_lens", z_lens), optional("z_source", z_source)
-        self.redshift_list = None if lens_redshift_list is None else [number("redshift", z) for z in lens_redshift_list]
+        self.redshift_list = (
+            None
+            if lens_redshift_list is None
+            else [number("redshift", z) for z in items("lens_redshift_list", lens_redshift_list, "a list of redshifts")]
+        )
         if self.multi_plane and self.redshift_list is None:
             raise InputError("lens_redshift_list is missing, but must be given with multi_plane=True")
         self.cosmo = cosmo
@@ -229,8 +229,7 @@ class LensModel:
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
     ) -> tuple[Any, Any, Any, Any]:
         """f_xx, f_xy, f_yx, f_yy with f_ij = ∂α_i/∂θ_j; see :meth:`ray_shooting`."""
-        if diff_method not in ("square", "cross"):
-            raise refuse("diff_method", diff_method, '"square" or "cross", which both are the analytic result')
+        one_of("diff_method", diff_method, ("square", "cross"))
         points = Points(("x", "y"), x, y)
         _, _, jacobian, _ = self._trace(points, kwargs, k, 1)
         assert jacobian is not None
@@ -354,7 +353,10 @@ class LensModel:
         """Radius of the circle of mean convergence one about a centre, the first profile's if left out; None if there is none."""
         centre = None
         if centre_arcsec is not None:
-            x, y = centre_arcsec
+            pair = items("centre_arcsec", centre_arcsec, "a pair of numbers")
+            if len(pair) != 2:
+                raise refuse("centre_arcsec", centre_arcsec, "a pair of numbers")
+            x, y = pair
             centre = (number("centre_arcsec[0]", x, "arcsec"), number("centre_arcsec[1]", y, "arcsec"))
         return self._native.einstein_radius(self._numbers(kwargs), centre)
 

@@ -13,7 +13,7 @@ from ._haloray import mock as _mock
 from ._haloray import mock_instrument
 from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, refuse, whole
+from ._units import Array, expect, refuse, whole
 
 if TYPE_CHECKING:
     import astropy.table
@@ -164,6 +164,7 @@ def mock(
     True
     """
     count, start, seed = whole("n", n, 1, 1_000_000), whole("first", first, 0, 1 << 40), whole("seed", seed)
+    preset = expect("preset", preset, str, '"paper" or "text"')
     rest = str(pixel_sampling), bool(images)
     if executor is None:
         parts: list[dict[str, Any]] = [_mock(preset, seed, start, start + count, *rest, callback(progress))]

@@ -7,7 +7,7 @@ from typing import Any
 
 from ._errors import InputError
 from ._haloes import Haloes
-from ._units import number
+from ._units import expect, items, mapping, number, refuse
 
 _FIELDS = {
     "Rs": "r_s_arcsec",
@@ -49,6 +49,8 @@ def from_pyhalo(
     InputError
         A profile that is neither NFW nor TNFW.
     """
+    if not hasattr(realization, "lensing_quantities"):
+        raise refuse("realization", realization, "a realisation of pyHalo")
     own = getattr(realization, "astropy_instance", None)
     if cosmology is None and own is not None:
         cosmology = (number("H0", own.H0, "km / (s Mpc)"), number("Om0", own.Om0))
@@ -61,32 +63,35 @@ def from_lens_models(
     models: list[str], redshifts: Any, kwargs: list[dict[str, float]], z_source: float, cosmology: Any = None
 ) -> tuple[Haloes, list[tuple[float, float]]]:
     """Haloes and sheets of lenstronomy's keyword lists: ``NFW``, ``TNFW`` and ``CONVERGENCE``."""
-    if not len(models) == len(redshifts) == len(kwargs):
+    names, places = items("models", models, "a list of names"), items("redshifts", redshifts, "a list of numbers")
+    arguments = items("kwargs", kwargs, "a list of dictionaries")
+    if not len(names) == len(places) == len(arguments):
         raise InputError(
-            f"there are {len(models)} models, {len(redshifts)} redshifts and {len(kwargs)} sets of arguments, "
+            f"there are {len(names)} models, {len(places)} redshifts and {len(arguments)} sets of arguments, "
             "but must be as many of each"
         )
     columns: dict[str, list[float]] = {"z": [], **{name: [] for name in _FIELDS.values()}}
     sheets: list[tuple[float, float]] = []
-    for name, z, own in zip(models, redshifts, kwargs):
+    for name, place, given in zip(names, places, arguments):
+        own, z = mapping(f"arguments of {name}", given, "a dictionary"), number("redshift", place)
         if name == "CONVERGENCE":
-            sheets.append((float(z), float(own["kappa"])))
+            sheets.append((z, number("kappa of CONVERGENCE", own.get("kappa"))))
             continue
         if name not in ("NFW", "TNFW"):
             raise InputError(f"a profile is {name}, but must be NFW or TNFW, or the sheet CONVERGENCE")
-        columns["z"].append(float(z))
+        columns["z"].append(z)
         for theirs, ours in _FIELDS.items():
             default = math.inf if theirs == "r_trunc" else 0.0 if theirs.startswith("center") else None
             value = own.get(theirs, default)
             if value is None:
                 raise InputError(f"argument {theirs} of {name} is missing, but must be given")
-            columns[ours].append(float(value))
+            columns[ours].append(number(f"{theirs} of {name}", value))
     return Haloes.from_columns(columns, z_source, cosmology), sheets
 
 
 def to_lens_models(haloes: Haloes) -> tuple[list[str], list[float], list[dict[str, float]]]:
     """lenstronomy's ``lens_model_list``, ``lens_redshift_list`` and ``kwargs_lens`` of haloes, for its multi-plane mode."""
-    truncation = haloes.r_trunc_arcsec
+    truncation = expect("haloes", haloes, Haloes, "haloray.Haloes").r_trunc_arcsec
     names: list[str] = []
     kwargs: list[dict[str, float]] = []
     for i in range(len(haloes)):

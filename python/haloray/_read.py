@@ -14,7 +14,7 @@ from ._fit import Observation, to_arviz
 from ._haloes import Haloes
 from ._haloray import Config, read_groups, read_posterior
 from ._packages import package
-from ._units import Array, centred
+from ._units import Array, centred, expect, path_of
 
 if TYPE_CHECKING:
     import xarray
@@ -76,7 +76,7 @@ class Run:
 
     def setting(self, section: str, key: str) -> float:
         """A number of the configuration, such as ``setting("lens", "einstein_radius_arcsec")``."""
-        return self.config.number(section, key)
+        return self.config.number(expect("section", section, str, "a name"), expect("key", key, str, "a name"))
 
     def haloes(self) -> Haloes:
         """The haloes of the run."""
@@ -92,7 +92,7 @@ class Run:
         return found
 
 
-def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
+def read(path: str | os.PathLike[str]) -> Any:
     """Read a ``posterior.nc``, a ``run.h5`` or a FITS image.
 
     Haloes in a table, which belong to a source, are read by :meth:`Haloes.read`.
@@ -104,7 +104,7 @@ def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
     MissingFileError
         No such file.
     """
-    name = os.fspath(path)
+    name = path_of("path", path)
     suffix = os.path.splitext(name)[1].lower()
     if suffix == ".nc":
         variables = read_posterior(name)
@@ -121,7 +121,7 @@ def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
 
 def folder_file(place: str | os.PathLike[str], name: str) -> str:
     """The file of that name in a folder; a path that is no folder is the file itself."""
-    path = os.fspath(place)
+    path = path_of("path", place)
     return os.path.join(path, name) if os.path.isdir(path) else path
 
 
@@ -180,7 +180,7 @@ def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xa
     MissingFileError
         No such file.
     """
-    name = folder_file(path, "sightlines.h5")
+    name, group = folder_file(path, "sightlines.h5"), expect("group", group, str, "the name of a group")
     if not os.path.exists(name):
         raise MissingFileError(f"cannot read {name}: no such file")
     try:

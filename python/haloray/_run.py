@@ -21,7 +21,7 @@ from ._haloray import write_image as _write_image
 from ._packages import package
 from ._progress import Progress, callback
 from ._sight import dataset
-from ._units import Array, whole
+from ._units import Array, path_of, whole
 
 if TYPE_CHECKING:
     import astropy.io.fits
@@ -60,7 +60,7 @@ class Image:
     def write(self, path: str | os.PathLike[str], noise_free: bool = False) -> None:
         """Write the image as FITS that :func:`fit` and ``haloray fit`` read, with the same bytes as ``haloray image``."""
         pixels = self.noise_free_e_s if noise_free else self.noisy_e_s
-        _write_image(self.config, np.ascontiguousarray(pixels).reshape(-1), self.sightline, os.fspath(path))
+        _write_image(self.config, np.ascontiguousarray(pixels).reshape(-1), self.sightline, path_of("path", path))
 
     def to_hdus(self, noise_free: bool = False) -> astropy.io.fits.HDUList:
         """The image as astropy HDUs, with WCS and the keywords of the exposure."""
@@ -156,7 +156,7 @@ def simulate(
     """
     resolved = resolve(config, preset=preset, seed=seed, accuracy_arcsec=accuracy_arcsec)
     sightline = whole("sightline", sightline)
-    folder = None if output is None else os.fspath(output)
+    folder = None if output is None else path_of("output", output)
     own = _own(haloes, resolved)
     found = _simulate(resolved, own, sightline, folder, bool(overwrite), callback(progress))
     _complain(found)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ._decoupled import DecoupledMultiPlane, decoupled
+from ._decoupled import DecoupledMultiPlane, Lens, decoupled, lens_of
 from ._haloes import Haloes, HaloesLike, as_haloes
 from ._haloray import Sight
 from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, Points, expect, number, optional, refuse, whole
+from ._units import Array, Points, expect, number, one_of, optional, refuse, whole
 
 if TYPE_CHECKING:
     import xarray
@@ -102,8 +101,7 @@ class Effective:
         model : {"LOS", "LOS_MINIMAL", "LOS_FLEXION", "LOS_FLEXION_MINIMAL"}
             The flexion-minimal model is of first order throughout, its κ_LOS, γ_LOS too.
         """
-        if model not in _MODELS:
-            raise refuse("model", model, f"one of {', '.join(_MODELS)}")
+        model = one_of("model", model, list(_MODELS))
         # The minimal flexion model's own convergence, shear and rotation, to its order.
         first_order = model == "LOS_FLEXION_MINIMAL"
         named: dict[str, float] = {}
@@ -197,7 +195,7 @@ class LineOfSight:
         *,
         z_from: float | None = None,
         z_to: float | None = None,
-        lens: tuple[float, str, Mapping[str, float]] | None = None,
+        lens: Lens | None = None,
         progress: Progress = None,
     ) -> Rays:
         """Trace rays.
@@ -271,7 +269,7 @@ class LineOfSight:
         *,
         z_from: float | None = None,
         z_to: float | None = None,
-        lens: tuple[float, str, Mapping[str, float]] | None = None,
+        lens: Lens | None = None,
     ) -> Any:
         """Delay of rays in days against the straight path to the same β; differences between images are observable."""
         points = Points(("x_arcsec", "y_arcsec"), x_arcsec, y_arcsec)
@@ -304,7 +302,7 @@ class LineOfSight:
         *,
         z_from: float | None = None,
         z_to: float | None = None,
-        lens: tuple[float, str, Mapping[str, float]] | None = None,
+        lens: Lens | None = None,
         progress: Progress = None,
     ) -> xarray.Dataset:
         """Maps of the distortion on a square grid about the axis.
@@ -334,9 +332,7 @@ class LineOfSight:
         points = whole("points", points, 2, 4096)
         return dataset(self._native.maps(points, half_width_arcsec, way, callback(progress)))
 
-    def to_decoupled_multiplane(
-        self, lens: tuple[float, str, Mapping[str, float]], half_width_arcsec: float = 2.5, n: int = 201
-    ) -> DecoupledMultiPlane:
+    def to_decoupled_multiplane(self, lens: Lens, half_width_arcsec: float = 2.5, n: int = 201) -> DecoupledMultiPlane:
         """Tables for lenstronomy's decoupled multi-plane (``decouple_multi_plane=True``), around a fiducial main lens.
 
         Behind the fiducial lens lenstronomy's β is that of all haloes but for the interpolation; behind another one the
@@ -368,7 +364,7 @@ class LineOfSight:
         half_width_arcsec: float,
         n: int = 201,
         *,
-        lens: tuple[float, str, Mapping[str, float]] | None = None,
+        lens: Lens | None = None,
         progress: Progress = None,
     ) -> Interpol:
         """The deflection as a grid for lenstronomy's ``INTERPOL``.
@@ -446,26 +442,12 @@ class _Way:
         self,
         z_from: float | None,
         z_to: float | None,
-        lens: tuple[float, str, Mapping[str, float]] | None,
+        lens: Lens | None,
         accuracy_arcsec: float | str,
     ) -> None:
         self.z_from, self.z_to = optional("z_from", z_from), optional("z_to", z_to)
         self.accuracy_arcsec = accuracy_arcsec
-        self.lens: tuple[float, str, dict[str, float]] | None = None
-        if lens is not None:
-            try:
-                z_lens, name, arguments = lens
-                named = dict(arguments)
-            except (TypeError, ValueError) as error:
-                raise refuse("lens", lens, "(redshift, name of a profile, its arguments)") from error
-            numbers = {str(own): number(str(own), value, _unit_of(str(own))) for own, value in named.items()}
-            self.lens = (number("redshift of the lens", z_lens), str(name), numbers)
-
-
-def _unit_of(name: str) -> str | None:
-    """The unit of an argument of a profile that may come as a quantity."""
-    angles = ("theta_E", "center_x", "center_y", "Rs", "alpha_Rs", "r_trunc", "R_sersic")
-    return "arcsec" if name in angles else None
+        self.lens = None if lens is None else lens_of(lens)
 
 
 def _accuracy(accuracy: Any) -> float | str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from ._ensemble import Ensemble
 from ._errors import FileError, InputError, MissingFileError
 from ._haloray import __version__
 from ._packages import package
-from ._units import Array, expect, refuse
+from ._units import Array, expect, items, one_of, path_of, refuse
 
 #: Which columns of an ensemble a table holds: (whether for slsim's tables with the correction, where) to the end of their names.
 _COLUMNS = {(True, "axis"): "los", (True, "ring"): "los_ring", (False, "axis"): "os", (False, "ring"): "os_beam"}
@@ -58,19 +57,18 @@ def to_slsim(
     dimensionless. slsim 0.1.1 (``slsim.LOS.los_pop.LOSPop``) draws the two independently of each other, and
     the direction of the shear uniformly.
     """
-    if (bool(corrected), place) not in _COLUMNS:
-        raise refuse("place", place, '"axis" or "ring"')
-    end = _COLUMNS[bool(corrected), place]
-    given: list[Any] = [ensembles] if isinstance(ensembles, Ensemble) else list(ensembles)
+    end = _COLUMNS[bool(corrected), one_of("place", place, ("axis", "ring"))]
+    several = "a haloray.Ensemble, or a list of them"
+    given = [ensembles] if isinstance(ensembles, Ensemble) else items("ensembles", ensembles, several)
     if not given:
         raise InputError("ensembles are none, but must be at least one")
     tables: dict[str, list[Array]] = {}
     for one in given:
-        own = expect("ensembles", one, Ensemble, "a haloray.Ensemble, or a list of them")
+        own = expect("ensembles", one, Ensemble, several)
         for name, rows in _filed(own, corrected):
             gamma = np.hypot(own[f"gamma1_{end}"][rows], own[f"gamma2_{end}"][rows])
             tables.setdefault(name, []).append(np.stack([own[f"kappa_{end}"][rows], gamma], axis=1))
-    _write(os.fspath(path), {name: np.concatenate(parts) for name, parts in sorted(tables.items())})
+    _write(path_of("path", path), {name: np.concatenate(parts) for name, parts in sorted(tables.items())})
 
 
 def from_slsim(path: str | os.PathLike[str]) -> dict[tuple[float, float | None], Array]:
@@ -95,7 +93,7 @@ def from_slsim(path: str | os.PathLike[str]) -> dict[tuple[float, float | None],
     ImportError
         Without h5py (``pip install h5py``).
     """
-    name = os.fspath(path)
+    name = path_of("path", path)
     h5py = package("h5py", "slsim's tables are HDF5 files")
     if not os.path.exists(name):
         raise MissingFileError(f"cannot read {name}: no such file")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import operator
+import os
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -25,6 +27,47 @@ def expect(name: str, value: object, kind: type[_Kind], allowed: str) -> _Kind:
     if not isinstance(value, kind):
         raise refuse(name, value, allowed)
     return value
+
+
+def path_of(name: str, value: object) -> str:
+    """``value`` as the path of a file or folder."""
+    path: object = os.fspath(cast("os.PathLike[str]", value)) if isinstance(value, os.PathLike) else value
+    return expect(name, path, str, "a path")
+
+
+def one_of(name: str, value: object, allowed: Sequence[str]) -> str:
+    """``value``, if it is one of the names allowed."""
+    if not isinstance(value, str) or value not in allowed:
+        raise refuse(name, value, f"one of {', '.join(allowed)}")
+    return value
+
+
+def mapping(name: str, value: object, allowed: str) -> Mapping[str, Any]:
+    """``value``, if it is a dictionary or another mapping."""
+    if not isinstance(value, Mapping):
+        raise refuse(name, value, allowed)
+    return cast("Mapping[str, Any]", value)
+
+
+def items(name: str, value: Any, allowed: str) -> list[Any]:
+    """What a list, or anything else that has an order and is no text, holds."""
+    has_no_order = _has_no_order(value)
+    try:
+        found: list[Any] = [] if has_no_order else list(value)
+    except TypeError as error:
+        raise refuse(name, value, allowed) from error
+    if has_no_order:
+        raise refuse(name, value, allowed)
+    return found
+
+
+def _has_no_order(value: object) -> bool:
+    return isinstance(value, (str, bytes, Mapping))
+
+
+def names_in(name: str, value: Any) -> list[str]:
+    """The names of a list."""
+    return [expect(name, own, str, "a list of names") for own in items(name, value, "a list of names")]
 
 
 def _plain(name: str, value: Any, unit: str | None) -> Any:

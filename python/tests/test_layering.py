@@ -14,6 +14,7 @@ ORDER = [
     "_units",
     "_cosmology",
     "_progress",
+    "_threads",
     "_config",
     "_versions",
     "_drawing",

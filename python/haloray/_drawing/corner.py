@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._errors import InputError
-from .._units import Array
+from .._units import Array, names_in
 from . import density
 from .labels import most_physical, symbol_of
 from .style import BLACK, COLUMN_MM, CYCLE, PAGE_MM, finite, pyplot, quantile, styled, text
@@ -29,8 +29,10 @@ def corner(
 ) -> Any:
     """The draws of one fit or several, by the names of fits and quantities; eight quantities unless named."""
     known = list(dict.fromkeys(name for draws in sets.values() for name in draws))
-    chosen = most_physical(known) if names is None else list(names)
+    chosen = most_physical(known) if names is None else names_in("names", names)
     unknown = [name for name in chosen if name not in known]
+    if not chosen:
+        raise InputError("names are none, but must be at least one")
     if unknown:
         raise InputError(f"{unknown[0]} is no quantity of the fit, which has {', '.join(known)}")
     columns = [(name, [draws.get(own) for own in chosen]) for name, draws in sets.items()]

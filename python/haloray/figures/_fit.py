@@ -29,7 +29,7 @@ from .._errors import InputError
 from .._fit import Fit
 from .._haloray import read_groups
 from .._read import Posterior, folder_file, read
-from .._units import Array
+from .._units import Array, names_in
 from ._saved import half_of, json_of
 
 if TYPE_CHECKING:
@@ -153,7 +153,10 @@ def trace(
         See :func:`corner`; all quantities unless named.
     """
     draws = _draws(fit)
-    chosen = list(draws) if names is None else list(names)
+    chosen = list(draws) if names is None else names_in("names", names)
+    unknown = [name for name in chosen if name not in draws]
+    if unknown:
+        raise InputError(f"{unknown[0]} is no quantity of the fit, which has {', '.join(draws)}")
     figure, axes = panels(figure, len(chosen), 2, 0.26, sharex="col")
     colours = (*CYCLE, RED, GREY, "#56b4e9")
     for (left, right), name in zip(axes, chosen):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._drawing.style import BLACK, FLUX, WHITE, bar, caption, image_norm, panels, quantile, raster, styled, symmetric
-from .._mock import Mock
+from .._mock import Mock, MockImage
 from .._run import Image
 from ._lens import curves_of_group, lay_over
 from ._saved import RunLike, group_of, half_of, run_of
@@ -57,7 +57,9 @@ def images(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
 
 
 @styled
-def exposure(image: Image, figure: Figure | SubFigure | None = None, *, background_rms_e_s: float | None = None) -> Any:
+def exposure(
+    image: Image | MockImage, figure: Figure | SubFigure | None = None, *, background_rms_e_s: float | None = None
+) -> Any:
     """Draw one exposure before and with noise.
 
     Parameters
