@@ -52,7 +52,18 @@ class CoolestModel:
     cosmology: tuple[float, float] = (67.4, 0.315)
 
     def lens_model(self) -> LensModel:
-        """The masses; in one plane where they have one redshift."""
+        """The masses; in one plane where they have one redshift.
+
+        Returns
+        -------
+        LensModel
+            With its redshifts and cosmology; its arguments are ``kwargs_lens``.
+
+        Raises
+        ------
+        InputError
+            A profile without the redshifts that it needs.
+        """
         planes = len(set(self.lens_redshift_list)) > 1
         redshifts = self.lens_redshift_list if planes else None
         z_lens = None if planes else self.z_lens
@@ -68,6 +79,11 @@ def from_coolest(path: str | os.PathLike[str]) -> CoolestModel:
     ----------
     path : path
         The template, plain JSON.
+
+    Returns
+    -------
+    CoolestModel
+        Masses before the farthest entity, and the lights of all; angles in arcsec, position angles turned into e1, e2.
 
     Raises
     ------

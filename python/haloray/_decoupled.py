@@ -52,7 +52,25 @@ class DecoupledMultiPlane:
     _comoving: tuple[float, float, float]
 
     def ray_shooting(self, x_arcsec: Any, y_arcsec: Any, lens: Lens | None = None) -> tuple[Any, Any]:
-        """β as lenstronomy's decoupled multi-plane has it behind ``lens`` (the fiducial one unless given), arcsec."""
+        """Trace rays as lenstronomy's decoupled multi-plane does.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec : float or array_like
+            Directions within the tables, arcsec.
+        lens : (redshift, name, arguments), optional
+            Another main lens, in the same plane.
+
+        Returns
+        -------
+        tuple
+            β_x and β_y in arcsec, in the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            Directions outside the tables; a lens that cannot be.
+        """
         points = Points(("x_arcsec", "y_arcsec"), x_arcsec, y_arcsec)
         _, name, arguments = self.lens if lens is None else lens_of(lens)
         half = float(self.kwargs["x0_interp"].grid[0][-1])
@@ -75,7 +93,23 @@ class DecoupledMultiPlane:
         return found[0], found[1]
 
     def error(self, x_arcsec: Any, y_arcsec: Any, lens: Lens | None = None) -> Any:
-        """How far these β are from rays traced through all haloes behind ``lens``, arcsec."""
+        """How far these β are from rays traced through all haloes behind ``lens``, arcsec.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec, lens
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        float or ndarray
+            \\|β − β_traced\\| in arcsec, in the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         traced = self._sight.ray_shooting(x_arcsec, y_arcsec, lens=self.lens if lens is None else lens)
         found = self.ray_shooting(x_arcsec, y_arcsec, lens)
         return np.hypot(found[0] - traced[0], found[1] - traced[1])

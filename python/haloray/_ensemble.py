@@ -117,12 +117,22 @@ class Ensemble:
         raise KeyError(name)
 
     def to_xarray(self, group: str = "sightlines") -> xarray.Dataset:
-        """A group as an xarray data set with dimension ``sightline``, units and words in its attributes.
+        """A group as an xarray data set with dimension ``sightline``.
 
         Parameters
         ----------
         group : {"sightlines", "tidal_haloes", "maps", "images"}
             Columns; columns seen through the haloes in the tidal regime; maps; images. The groups of ``sightlines.h5``.
+
+        Returns
+        -------
+        xarray.Dataset
+            Units and words stand in the attributes; maps and images have coordinates in arcsec.
+
+        Raises
+        ------
+        InputError
+            Another group.
         """
         groups: dict[str, Mapping[str, NDArray[Any]]] = {
             "sightlines": self.columns,
@@ -146,7 +156,13 @@ class Ensemble:
         return found
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The columns as a pandas data frame with the index ``sightline``."""
+        """The columns as a pandas data frame.
+
+        Returns
+        -------
+        pandas DataFrame
+            With the index ``sightline``, in the units of ``units``.
+        """
         own = package("pandas", "to_dataframe needs pandas")
         found: pandas.DataFrame = own.DataFrame(self.columns, index=own.Index(self.sightline, name="sightline"))
         return found

@@ -90,6 +90,11 @@ class Haloes:
         cosmology : optional
             An astropy ``FlatLambdaCDM`` without radiation, or (H0 in km/s/Mpc, Ωm); (67.4, 0.315) if left out.
 
+        Returns
+        -------
+        Haloes
+            In the order of the rows.
+
         Raises
         ------
         InputError
@@ -108,7 +113,25 @@ class Haloes:
 
     @classmethod
     def from_table(cls, table: astropy.table.Table, z_source: float, cosmology: Any = None) -> Haloes:
-        """Haloes from an astropy table, whose columns may have units; see :meth:`from_columns`."""
+        """Haloes from an astropy table, whose columns may have units.
+
+        Parameters
+        ----------
+        table : astropy Table
+            With the columns of :meth:`from_columns`.
+        z_source, cosmology
+            See :meth:`from_columns`.
+
+        Returns
+        -------
+        Haloes
+            In the order of the rows.
+
+        Raises
+        ------
+        InputError
+            See :meth:`from_columns`.
+        """
         columns: dict[str, Any] = {}
         given: Any = table
         if not hasattr(given, "colnames"):
@@ -121,14 +144,44 @@ class Haloes:
 
     @classmethod
     def from_dataframe(cls, frame: pandas.DataFrame, z_source: float, cosmology: Any = None) -> Haloes:
-        """Haloes from a pandas data frame; see :meth:`from_columns`."""
+        """Haloes from a pandas data frame.
+
+        Parameters
+        ----------
+        frame : pandas DataFrame
+            With the columns of :meth:`from_columns`, in their units.
+        z_source, cosmology
+            See :meth:`from_columns`.
+
+        Returns
+        -------
+        Haloes
+            In the order of the rows.
+
+        Raises
+        ------
+        InputError
+            See :meth:`from_columns`.
+        """
         if not (hasattr(frame, "columns") and hasattr(frame, "iloc")):
             raise refuse("frame", frame, "a pandas data frame")
         return cls.from_columns({str(name): frame[name].to_numpy() for name in frame.columns}, z_source, cosmology)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], z_source: float, cosmology: Any = None) -> Haloes:
-        """Haloes of a table (.csv, .h5, .fits; also the run.h5 of a simulation), as the command reads it.
+        """Haloes of a table, as the command reads it.
+
+        Parameters
+        ----------
+        path : path
+            A .csv, .h5 or .fits; also the run.h5 of a simulation.
+        z_source, cosmology
+            See :meth:`from_columns`.
+
+        Returns
+        -------
+        Haloes
+            In the order of the rows.
 
         Raises
         ------
@@ -141,7 +194,20 @@ class Haloes:
         return cls(native, made_for=made_for)
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Write the table, .csv, .h5 or .fits, with the same bytes as ``haloray populate``."""
+        """Write the table, with the same bytes as ``haloray populate``.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .csv, .h5 or .fits.
+
+        Raises
+        ------
+        InputError
+            Another ending.
+        FileError
+            A file that cannot be written.
+        """
         told = f"# sightline = {self.sightline}\n" if self.sightline else ""
         seed = None if self.config is None else self.config.seed
         toml = "" if self.config is None else told + self.config.toml
@@ -207,11 +273,32 @@ class Haloes:
         dict of ndarray, shape (n,)
             ``kappa``, ``gamma1``, ``gamma2``, ``abs_f``, ``abs_g`` (per arcsec) and ``delta``, the relative variation Δ_h
             of the shear across the scale (Hogg et al. 2023, equation 31).
+
+        Raises
+        ------
+        InputError
+            A scale that is not positive.
         """
         return self._native.effects(number("theta_e_arcsec", theta_e_arcsec, "arcsec"))
 
     def to_source(self, z_source: float) -> Haloes:
-        """The haloes before another source, from their masses; those behind it are left out."""
+        """Haloes before another source, from their masses; those behind it are left out.
+
+        Parameters
+        ----------
+        z_source : float
+            Redshift of the source.
+
+        Returns
+        -------
+        Haloes
+            With angles reduced to that source, arcsec.
+
+        Raises
+        ------
+        InputError
+            Haloes without ``m200c_msun`` and ``c200c``.
+        """
         z_source = number("z_source", z_source)
         if z_source == self.z_source:
             return self
@@ -228,11 +315,23 @@ class Haloes:
         return haloes
 
     def to_dict(self) -> dict[str, Any]:
-        """Columns by name, in the order of haloray's tables."""
+        """Columns by name, in the order of haloray's tables.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,), or list of str
+            Numbers in the units of their names; texts.
+        """
         return {**{name: self[name] for name in self.colnames}, **self._native.text_columns()}
 
     def to_table(self) -> astropy.table.QTable:
-        """An astropy ``QTable`` with units, source and cosmology in its ``meta``."""
+        """Haloes as an astropy table.
+
+        Returns
+        -------
+        astropy QTable
+            With units; source and cosmology in its ``meta``.
+        """
         quantity = package("astropy.units", "to_table needs astropy").Quantity
         about = {"z_source": self.z_source, "H0": self.cosmology[0], "Om0": self.cosmology[1]}
         table: astropy.table.QTable = package("astropy.table", "to_table needs astropy").QTable(meta=about)
@@ -242,7 +341,13 @@ class Haloes:
         return table
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas data frame."""
+        """Haloes as a pandas data frame.
+
+        Returns
+        -------
+        pandas DataFrame
+            Numbers in the units of their names.
+        """
         found: pandas.DataFrame = package("pandas", "to_dataframe needs pandas").DataFrame(self.to_dict())
         return found
 

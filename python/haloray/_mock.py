@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._ensemble import Executor
-from ._fit import Observation
 from ._haloray import mock as _mock
 from ._haloray import mock_instrument
+from ._observation import Observation
 from ._packages import package
 from ._progress import Progress, callback
 from ._units import Array, expect, refuse, whole
@@ -46,7 +46,13 @@ class MockImage:
     pixel_scale_arcsec: float
 
     def observation(self) -> Observation:
-        """The image with noise as :func:`fit` takes it."""
+        """The image with noise as :func:`fit` takes it.
+
+        Returns
+        -------
+        Observation
+            With noise and PSF of the camera of the mocks.
+        """
         scale, background, exposure, fwhm, truncation = mock_instrument()
         return Observation(
             self.noisy_e_s,
@@ -89,7 +95,13 @@ class Mock:
         return f"<haloray.Mock: {len(self)} systems, {len(self.images)} images>"
 
     def to_table(self) -> astropy.table.QTable:
-        """An astropy ``QTable`` with units, and ``quality`` where there are images."""
+        """The systems as an astropy table.
+
+        Returns
+        -------
+        astropy QTable
+            With units, and ``quality`` where there are images.
+        """
         units = package("astropy.units", "to_table needs astropy")
         names = {"Msun": "solMass"}
         table: astropy.table.QTable = package("astropy.table", "to_table needs astropy").QTable()
@@ -104,7 +116,13 @@ class Mock:
         return table
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas data frame, with ``quality`` where there are images."""
+        """The systems as a pandas data frame.
+
+        Returns
+        -------
+        pandas DataFrame
+            In the units of ``units``, with ``quality`` where there are images.
+        """
         quality = {"quality": [image.quality for image in self.images]} if self.images else {}
         found: pandas.DataFrame = package("pandas", "to_dataframe needs pandas").DataFrame({**quality, **self.columns})
         return found
@@ -150,6 +168,7 @@ def mock(
     Returns
     -------
     Mock
+        One system a row.
 
     Raises
     ------

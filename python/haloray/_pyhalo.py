@@ -35,19 +35,19 @@ def from_pyhalo(
     Returns
     -------
     haloes : Haloes
-        The haloes, by their angles.
+        The haloes, by their angles in arcsec.
     sheets : list of (float, float)
         Redshift and convergence κ < 0 of each sheet, reduced to the source, as the realisation gives lenstronomy them.
-
-    Notes
-    -----
-    :class:`LineOfSight` puts sheets of its own in the planes of haloes; ``sheets="none"`` leaves them out. The realisation
-    with its own sheets is ``LensModel(models, z_source=…, lens_redshift_list=redshifts, multi_plane=True)`` of its lists.
 
     Raises
     ------
     InputError
         A profile that is neither NFW nor TNFW.
+
+    Notes
+    -----
+    :class:`LineOfSight` puts sheets of its own in the planes of haloes; ``sheets="none"`` leaves them out. The realisation
+    with its own sheets is ``LensModel(models, z_source=…, lens_redshift_list=redshifts, multi_plane=True)`` of its lists.
     """
     if not hasattr(realization, "lensing_quantities"):
         raise refuse("realization", realization, "a realisation of pyHalo")
@@ -62,7 +62,33 @@ def from_pyhalo(
 def from_lens_models(
     models: list[str], redshifts: Any, kwargs: list[dict[str, float]], z_source: float, cosmology: Any = None
 ) -> tuple[Haloes, list[tuple[float, float]]]:
-    """Haloes and sheets of lenstronomy's keyword lists: ``NFW``, ``TNFW`` and ``CONVERGENCE``."""
+    """Haloes and sheets of lenstronomy's keyword lists: ``NFW``, ``TNFW`` and ``CONVERGENCE``.
+
+    Parameters
+    ----------
+    models : list of str
+        ``NFW``, ``TNFW`` and ``CONVERGENCE``.
+    redshifts : list of float
+        Of each model.
+    kwargs : list of dict
+        lenstronomy's arguments, angles in arcsec.
+    z_source : float
+        Redshift of the source that angles are reduced to.
+    cosmology : optional
+        See :meth:`Haloes.from_columns`.
+
+    Returns
+    -------
+    haloes : Haloes
+        Of ``NFW`` and ``TNFW``.
+    sheets : list of (float, float)
+        Redshift and convergence of each ``CONVERGENCE``.
+
+    Raises
+    ------
+    InputError
+        Another profile; arguments missing or outside their domain.
+    """
     names, places = items("models", models, "a list of names"), items("redshifts", redshifts, "a list of numbers")
     arguments = items("kwargs", kwargs, "a list of dictionaries")
     if not len(names) == len(places) == len(arguments):
@@ -90,7 +116,23 @@ def from_lens_models(
 
 
 def to_lens_models(haloes: Haloes) -> tuple[list[str], list[float], list[dict[str, float]]]:
-    """lenstronomy's ``lens_model_list``, ``lens_redshift_list`` and ``kwargs_lens`` of haloes, for its multi-plane mode."""
+    """Keyword lists of lenstronomy's multi-plane mode, of haloes.
+
+    Parameters
+    ----------
+    haloes : Haloes
+        NFW, and TNFW where they have a truncation radius.
+
+    Returns
+    -------
+    tuple
+        ``lens_model_list``, ``lens_redshift_list`` and ``kwargs_lens``, angles in arcsec.
+
+    Raises
+    ------
+    InputError
+        What is no :class:`Haloes`.
+    """
     truncation = expect("haloes", haloes, Haloes, "haloray.Haloes").r_trunc_arcsec
     names: list[str] = []
     kwargs: list[dict[str, float]] = []

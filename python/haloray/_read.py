@@ -10,9 +10,10 @@ import numpy as np
 
 from ._config import of_toml
 from ._errors import InputError, MissingFileError
-from ._fit import Observation, to_arviz
+from ._fit import to_arviz
 from ._haloes import Haloes
 from ._haloray import Config, read_groups, read_posterior
+from ._observation import Observation
 from ._packages import package
 from ._units import Array, centred, expect, path_of
 
@@ -36,11 +37,28 @@ class Posterior:
     units: dict[str, str]
 
     def to_arviz(self) -> Any:
-        """ArviZ's object, see :meth:`Fit.to_arviz`."""
+        """The draws as ArviZ's object.
+
+        Returns
+        -------
+        InferenceData or DataTree
+            See :meth:`Fit.to_arviz`, in the units of ``units``.
+
+        Raises
+        ------
+        ImportError
+            Without ArviZ.
+        """
         return to_arviz(self.posterior, {})
 
     def to_xarray(self) -> xarray.Dataset:
-        """The draws as an xarray data set with dimensions ``chain`` and ``draw``."""
+        """The draws as an xarray data set.
+
+        Returns
+        -------
+        xarray.Dataset
+            With dimensions ``chain`` and ``draw``.
+        """
         variables = {
             name: (("chain", "draw"), draws, {"units": self.units[name]} if self.units[name] else {})
             for name, draws in self.posterior.items()
@@ -75,15 +93,48 @@ class Run:
     units: dict[str, str] = field(default_factory=dict[str, str])
 
     def setting(self, section: str, key: str) -> float:
-        """A number of the configuration, such as ``setting("lens", "einstein_radius_arcsec")``."""
+        """A number of the configuration, such as ``setting("lens", "einstein_radius_arcsec")``.
+
+        Parameters
+        ----------
+        section, key : str
+            As they stand in the TOML of the run.
+
+        Returns
+        -------
+        float
+            In the unit of its name: arcsec of ``einstein_radius_arcsec``.
+
+        Raises
+        ------
+        InputError
+            No such number.
+        """
         return self.config.number(expect("section", section, str, "a name"), expect("key", key, str, "a name"))
 
     def haloes(self) -> Haloes:
-        """The haloes of the run."""
+        """The haloes of the run.
+
+        Returns
+        -------
+        Haloes
+            In the order of the file.
+        """
         return Haloes.read(self.path, self.config.z_source, self.config.cosmology)
 
     def maps(self) -> xarray.Dataset:
-        """The maps of the run; see :meth:`LineOfSight.maps`."""
+        """The maps of the run.
+
+        Returns
+        -------
+        xarray.Dataset
+            See :meth:`LineOfSight.maps`.
+
+        Raises
+        ------
+        KeyError
+            A run without maps.
+        """
         maps = self.groups["maps"]
         square = {name: (("theta_y", "theta_x"), values) for name, values in maps.items() if values.ndim == 2}
         axis = next((values for name, values in maps.items() if name.startswith("theta") and values.ndim == 1), None)
@@ -96,6 +147,16 @@ def read(path: str | os.PathLike[str]) -> Any:
     """Read a ``posterior.nc``, a ``run.h5`` or a FITS image.
 
     Haloes in a table, which belong to a source, are read by :meth:`Haloes.read`.
+
+    Parameters
+    ----------
+    path : path
+        By its ending .nc, .h5 or .fits.
+
+    Returns
+    -------
+    Posterior, Run or Observation
+        Of a ``posterior.nc``, a ``run.h5``, an image; in the units that their classes say.
 
     Raises
     ------
@@ -128,8 +189,23 @@ def folder_file(place: str | os.PathLike[str], name: str) -> str:
 def open_run(path: str | os.PathLike[str]) -> xarray.DataTree:
     """Open a ``run.h5`` (or the folder of a run) as an xarray ``DataTree`` with its groups, units and attributes.
 
-    Columns of haloes have the dimension ``halo``, maps ``theta_y``, ``theta_x``, images ``y``, ``x`` with coordinates in
-    arcsec; other columns a dimension named after their group. Errors are those of :func:`read`.
+    Parameters
+    ----------
+    path : path
+        The file, or the folder of ``haloray simulate``.
+
+    Returns
+    -------
+    xarray.DataTree
+        Columns of haloes have the dimension ``halo``, maps ``theta_y``, ``theta_x``, images ``y``, ``x`` with coordinates in
+        arcsec; other columns a dimension named after their group.
+
+    Raises
+    ------
+    InputError
+        A file of another kind, or a damaged one.
+    MissingFileError
+        No such file.
     """
     run = read(folder_file(path, "run.h5"))
     if not isinstance(run, Run):
@@ -173,6 +249,11 @@ def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xa
     group : {"sightlines", "tidal_haloes", "maps", "images", "lenses", "failures"}
         Which group.
 
+    Returns
+    -------
+    xarray.Dataset
+        With units and words in its attributes.
+
     Raises
     ------
     InputError
@@ -191,9 +272,24 @@ def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xa
 
 
 def open_posterior(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """Open a ``posterior.nc`` (or the folder of a fit) as an xarray ``Dataset`` with dimensions ``chain`` and ``draw``.
+    """Open a ``posterior.nc`` (or the folder of a fit) as an xarray ``Dataset``.
 
-    Errors are those of :func:`read`.
+    Parameters
+    ----------
+    path : path
+        The file, or the folder of ``haloray fit``.
+
+    Returns
+    -------
+    xarray.Dataset
+        With dimensions ``chain`` and ``draw``, units in its attributes.
+
+    Raises
+    ------
+    InputError
+        A file of another kind, or a damaged one.
+    MissingFileError
+        No such file.
     """
     found = read(folder_file(path, "posterior.nc"))
     if not isinstance(found, Posterior):

@@ -11,7 +11,13 @@ _PACKAGES = ("numpy", "scipy", "astropy", "lenstronomy", "pyhalo", "xarray", "ar
 
 
 def show_versions() -> str:
-    """Versions of haloray, Python and the packages that work with it, and the number of threads, as text to send with a report."""
+    """Tell what runs here, as text to send with a report.
+
+    Returns
+    -------
+    str
+        Versions of haloray, Python and the packages that work with it, and the number of threads.
+    """
     # Both take longer to import than all else.
     import importlib.metadata
     import platform

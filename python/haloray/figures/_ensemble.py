@@ -31,6 +31,18 @@ def distributions(ensemble: Any, figure: Figure | SubFigure | None = None) -> An
         An ensemble, its group ``sightlines``, or the folder of ``haloray ensemble``.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A file that is no ensemble.
+    MissingFileError
+        No such file.
     """
     own = _columns(ensemble)
     kinds: list[tuple[str, bool, list[tuple[str, Array]]]] = [
@@ -79,7 +91,27 @@ def distributions(ensemble: Any, figure: Figure | SubFigure | None = None) -> An
 
 @styled
 def joint(ensemble: Any, figure: Figure | SubFigure | None = None) -> Any:
-    """Draw the joint distribution of γ_LOS, κ_LOS along the ring, Δ_tot, F and G; see :func:`distributions`."""
+    """Draw the joint distribution of γ_LOS, κ_LOS along the ring, Δ_tot, F and G.
+
+    Parameters
+    ----------
+    ensemble
+        See :func:`distributions`.
+    figure : matplotlib Figure or SubFigure, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A file that is no ensemble.
+    MissingFileError
+        No such file.
+    """
     own = _columns(ensemble)
     with np.errstate(divide="ignore", invalid="ignore"):
         columns = {
@@ -97,7 +129,27 @@ def joint(ensemble: Any, figure: Figure | SubFigure | None = None) -> Any:
 
 @styled
 def settling(ensemble: Any, ax: Axes | None = None) -> Axes:
-    """Draw how √⟨|γ_LOS|²⟩ over the first N sightlines settles with N; see :func:`distributions`."""
+    """Draw how √⟨\\|γ_LOS\\|²⟩ over the first N sightlines settles with N.
+
+    Parameters
+    ----------
+    ensemble
+        See :func:`distributions`.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A file that is no ensemble.
+    MissingFileError
+        No such file.
+    """
     own = _columns(ensemble)
     axes = single(ax, 0.8)
     panel: Any = axes

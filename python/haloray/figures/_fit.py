@@ -51,6 +51,18 @@ def reconstruction(fit: FitLike, figure: Figure | SubFigure | None = None) -> An
         A fit, or the folder of one.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A quantity that the fit does not have; what is no fit.
+    MissingFileError
+        No such file.
     """
     from matplotlib.colors import Normalize
 
@@ -91,6 +103,16 @@ def source_plane(fit: Fit, ax: Axes | None = None) -> Axes:
         A fit whose source is a Sérsic profile.
     ax : matplotlib Axes, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A fit without such a source.
     """
     own = fit.source
     if not own:
@@ -132,6 +154,18 @@ def corner(
         Where to draw.
     truths : mapping of str to float, optional
         Values that are known.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A quantity that the fit does not have; what is no fit.
+    MissingFileError
+        No such file.
     """
     all_fits: Mapping[str, FitLike] = fits if isinstance(fits, Mapping) else {"": fits}
     return _corner.corner({name: _draws(fit) for name, fit in all_fits.items()}, names, figure, truths=truths)
@@ -151,6 +185,18 @@ def trace(
     ----------
     fit, names, figure, truths
         See :func:`corner`; all quantities unless named.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A quantity that the fit does not have; what is no fit.
+    MissingFileError
+        No such file.
     """
     draws = _draws(fit)
     chosen = list(draws) if names is None else names_in("names", names)

@@ -27,6 +27,18 @@ def images(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
         A run's folder or file, or :func:`haloray.read` of it.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     own = run_of(run)
     both = [group_of(own, f"images/{name}") for name in ("all_haloes", "tidal_haloes")]
@@ -70,6 +82,16 @@ def exposure(
         Where to draw.
     background_rms_e_s : float, optional
         Where the stretch turns from linear to logarithmic; the image's own unless given.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    AttributeError
+        What is no image.
     """
     scale = image.pixel_scale_arcsec
     background = _background(image) if background_rms_e_s is None else background_rms_e_s
@@ -96,6 +118,16 @@ def mosaic(mock: Mock, figure: Figure | SubFigure | None = None, *, columns: int
         Where to draw.
     columns : int, optional
         Images in a row; as many as rows unless given.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    ValueError
+        Mocks without images.
     """
     from matplotlib import patheffects
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .._drawing.style import BLACK, BLUE, ORANGE, panels, styled, text
-from .._lens_model import CriticalCurve, PointImages
+from .._lens_results import CriticalCurve, PointImages
 from .._read import Run
 from .._units import Array
 
@@ -48,6 +48,16 @@ def curves(
         Where to draw.
     half_width_arcsec : float, optional
         Half the width of the left panel.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    AttributeError
+        What are no curves or images of haloray.
     """
     found = [_of(curve) for curve in curves]
     reach = max((float(np.abs(own).max()) for _, own, _ in found), default=1.0)
@@ -77,7 +87,27 @@ def curves(
 
 @styled
 def overlay(curves: Sequence[CriticalCurve], ax: Axes, colour: str = "white") -> Axes:
-    """Draw critical curves and, finer, caustics over an image or a map; tangential ones solid, radial ones dashed."""
+    """Draw critical curves and, finer, caustics over an image or a map; tangential ones solid, radial ones dashed.
+
+    Parameters
+    ----------
+    curves : sequence of CriticalCurve
+        Of :meth:`haloray.LensModel.critical_curves`.
+    ax : matplotlib Axes
+        Where to draw; its limits stay.
+    colour : str
+        Of the lines.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    AttributeError
+        What are no curves of haloray.
+    """
     lay_over(ax, [_of(curve) for curve in curves], colour)
     return ax
 

@@ -30,6 +30,18 @@ def tidal_maps(
         Where to draw.
     einstein_radius_arcsec : float, optional
         Of the dashed circle; that of the run's lens unless given, none for maps alone.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     grids, centres, half, radius, found = _of(maps, einstein_radius_arcsec)
     figure, axes = panels(figure, 1, 3, 1.0, extra_mm=9.0)
@@ -50,7 +62,25 @@ def tidal_maps(
 def flexion_maps(
     maps: Any, figure: Figure | SubFigure | None = None, *, einstein_radius_arcsec: float | None = None
 ) -> Any:
-    """Draw |F| = |∂γ|, |G| = |∂*γ| and Δ, the change of the shear over the image, side by side; see :func:`tidal_maps`."""
+    """Draw \\|F\\| = \\|∂γ\\|, \\|G\\| = \\|∂*γ\\| and Δ, the change of the shear over the image, side by side.
+
+    Parameters
+    ----------
+    maps, figure, einstein_radius_arcsec
+        See :func:`tidal_maps`.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
+    """
     grids, _, half, radius, found = _of(maps, einstein_radius_arcsec)
     figure, axes = panels(figure, 1, 3, 1.0, extra_mm=9.0)
     rows = [

@@ -28,6 +28,18 @@ def mass_function(run: RunLike, ax: Axes | None = None) -> Axes:
         A run's folder or file, or :func:`haloray.read` of it.
     ax : matplotlib Axes, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     own = run_of(run)
     group, about = group_of(own, "mass_function"), own.attributes.get("mass_function", {})
@@ -68,6 +80,18 @@ def cylinder(run: RunLike, ax: Axes | None = None, *, stride: int = 10) -> Axes:
         Where to draw.
     stride : int
         Of the haloes in the tidal regime every so manyth is drawn.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     from matplotlib import patheffects
 
@@ -118,6 +142,18 @@ def histograms(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
         A run's folder or file, or :func:`haloray.read` of it.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     own = run_of(run)
     haloes, threshold = group_of(own, "haloes"), own.setting("diagnostics", "delta_threshold")

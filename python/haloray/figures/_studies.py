@@ -29,6 +29,18 @@ def deviations(table: Any, ax: Axes | None = None) -> Axes:
         The folder of ``haloray study which-shear``, its which_shear.csv, or its columns ``deviation_…``.
     ax : matplotlib Axes, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     own = columns_of(table, "which_shear.csv")
     axes = single(ax, 0.6, 174.0)
@@ -59,6 +71,18 @@ def cut(table: Any, figure: Figure | SubFigure | None = None) -> Any:
         The folder of ``haloray study cut``, its cut.csv, or its columns.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     own = columns_of(table, "cut.csv")
     cuts = own["min_point_shear"]
@@ -100,6 +124,18 @@ def calibration(study: Any, figure: Figure | SubFigure | None = None) -> Any:
         The folder of ``haloray study calibration``, its summary.json, or what that holds.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     summary: Any = cast("Any", study) if isinstance(study, Mapping) else json_of(study, "summary.json")
     parameters: list[dict[str, Any]] = list(summary["parameters"])
@@ -142,6 +178,18 @@ def recovery(table: Any, figure: Figure | SubFigure | None = None) -> Any:
         The folder of ``haloray study catalogue``, its fits.csv, or its columns.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -177,7 +225,25 @@ def recovery(table: Any, figure: Figure | SubFigure | None = None) -> Any:
 
 @styled
 def recovery_histograms(table: Any, figure: Figure | SubFigure | None = None) -> Any:
-    """Draw histograms of σ and of the residuals in σ, one outline a model; see :func:`recovery`."""
+    """Draw histograms of σ and of the residuals in σ, one outline a model.
+
+    Parameters
+    ----------
+    table, figure
+        See :func:`recovery`.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
+    """
     models = _models(table)
     figure, axes = panels(figure, 1, 2, 0.75)
     most = max((float(own["residual_in_sigma"].max(initial=0.0)) for own in models.values()), default=0.0)
@@ -204,7 +270,7 @@ def recovery_quality(
     model: str | None = None,
     lines: Sequence[tuple[float, float, str]] = (),
 ) -> Any:
-    """Draw σ and the residual against image quality for one model; see :func:`recovery`.
+    """Draw σ and the residual against image quality for one model.
 
     Parameters
     ----------
@@ -214,6 +280,18 @@ def recovery_quality(
         Its name; the first unless given.
     lines : sequence of (slope, intercept, name)
         Straight lines of log σ in log Q.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     models = _models(table)
     own = next(iter(models.values())) if model is None else models[model]
