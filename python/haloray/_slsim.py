@@ -26,7 +26,7 @@ def to_slsim(
     corrected: bool = True,
     place: str = "axis",
 ) -> None:
-    """Write sightlines as a table of (κ, |γ|) that slsim draws lines of sight from.
+    """Write sightlines as a table of (κ, \\|γ\\|) that slsim draws lines of sight from.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def to_slsim(
 
 
 def from_slsim(path: str | os.PathLike[str]) -> dict[tuple[float, float | None], Array]:
-    """Read a table of (κ, |γ|) of slsim.
+    """Read a table of (κ, \\|γ\\|) of slsim.
 
     Parameters
     ----------

@@ -134,7 +134,7 @@ def cylinder(run: RunLike, ax: Axes | None = None, *, stride: int = 10) -> Axes:
 
 @styled
 def histograms(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
-    """Draw how strongly single haloes act: κ_h, |γ_h| and Δ_h on the axis, the last also over a disc.
+    """Draw how strongly single haloes act: κ_h, \\|γ_h\\| and Δ_h on the axis, the last also over a disc.
 
     Parameters
     ----------
