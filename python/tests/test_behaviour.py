@@ -296,21 +296,3 @@ def test_threads_are_not_those_of_the_interpreter():
     stop.set()
     other.join()
     assert len(ticks) > 3 and os.getpid() > 0
-
-
-def test_the_stub_is_that_of_the_native_half(tmp_path):
-    pytest.importorskip("mypy")
-    (tmp_path / "allowed").write_text("haloray._haloray.__all__\n")
-    (tmp_path / "mypy.ini").write_text("[mypy]\nignore_missing_imports = true\n")
-    command = [
-        sys.executable,
-        "-m",
-        "mypy.stubtest",
-        "haloray._haloray",
-        "--concise",
-        "--allowlist",
-        str(tmp_path / "allowed"),
-    ]
-    folder = os.path.dirname(os.path.dirname(hr.__file__))
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
