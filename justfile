@@ -26,6 +26,18 @@ python:
 bench-python: python
     .venv/bin/python python/benchmarks/speed.py --command .venv/bin/haloray
 
+# types of the Python package, of the examples and of what pages and notebooks show: mypy --strict and pyright's strict mode
+types:
+    python3 -m venv target/types_venv
+    target/types_venv/bin/pip install --quiet mypy==2.4.1 pyright==1.1.414 'numpy>=2.4' 'matplotlib>=3.11' 'xarray>=2026.9' 'astropy>=8' pandas-stubs
+    target/types_venv/bin/python python/check_types.py target/types
+
+# the stub of the Python package's native half against the built one
+stub: python
+    .venv/bin/pip install --quiet mypy==2.4.1
+    printf 'haloray._haloray.__all__\n' > target/stub_allowed
+    .venv/bin/python -m mypy.stubtest haloray._haloray --concise --allowlist target/stub_allowed --mypy-config-file python/pyproject.toml
+
 # the notebooks of docs/notebooks, executed; figures into target/notebooks
 notebooks: python
     .venv/bin/pip install --quiet './python[notebooks]'

@@ -86,7 +86,9 @@ def _write_notices(settings: Any) -> None:
         if (package["name"], "v" + package["version"]) not in used or package["name"].startswith("haloray"):
             continue
         folder = Path(package["manifest_path"]).parent
-        files = [own for own in folder.iterdir() if own.name.upper().startswith(("LICENSE", "LICENCE", "COPYING", "NOTICE"))]
+        files = [
+            own for own in folder.iterdir() if own.name.upper().startswith(("LICENSE", "LICENCE", "COPYING", "NOTICE"))
+        ]
         files += [folder / package["license_file"]] if package["license_file"] else []
         own = f"{package['name']} {package['version']}: {package['license'] or 'see below'}"
         for text in sorted({file.read_text("utf-8", "replace").strip() for file in files if file.is_file()} or {""}):
@@ -97,7 +99,10 @@ def _write_notices(settings: Any) -> None:
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
     """HDF5 2.x is built with CMake 3.26 or newer."""
-    return [*maturin.get_requires_for_build_wheel(config_settings), *(["cmake>=3.26"] if _is_static(config_settings) else [])]
+    return [
+        *maturin.get_requires_for_build_wheel(config_settings),
+        *(["cmake>=3.26"] if _is_static(config_settings) else []),
+    ]
 
 
 def build_wheel(wheel_directory: str, config_settings: Any = None, metadata_directory: Any = None) -> str:

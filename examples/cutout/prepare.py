@@ -20,7 +20,7 @@ star = Cutout2D(mosaic - sky, (160, 150), 15).data
 psf = np.clip(star, 0.0, None)
 
 # 1 = use the pixel: not where the neighbour is.
-y, x = np.indices(lens.shape)
+y, x = np.indices((56, 56))
 neighbour_x, neighbour_y = lens.to_cutout_position((109, 118))
 mask = np.hypot(x - neighbour_x, y - neighbour_y) > 7
 

@@ -4,6 +4,7 @@ import haloray as hr
 import numpy as np
 from astropy.io import fits
 from astropy.wcs import WCS
+from numpy.typing import NDArray
 
 settings = {
     "haloes": {"min_point_shear": 3e-5},
@@ -17,12 +18,12 @@ lens = hr.image(settings, preset="consistent", seed=6).noisy_e_s
 rng = np.random.default_rng(1)
 mosaic = rng.normal(0.0, 0.0059, (200, 200))
 mosaic[64:136, 54:126] = lens
-y, x = np.indices(mosaic.shape)
+y, x = np.indices((200, 200))
 
 
-def spot(x0, y0, flux, fwhm_pixels):
-    shape = np.exp(-4 * np.log(2) * ((x - x0) ** 2 + (y - y0) ** 2) / fwhm_pixels**2)
-    return flux * shape / shape.sum()
+def spot(x0: float, y0: float, flux: float, fwhm_pixels: float) -> NDArray[np.float64]:
+    shape: NDArray[np.float64] = np.exp(-4 * np.log(2) * ((x - x0) ** 2 + (y - y0) ** 2) / fwhm_pixels**2)
+    return flux * shape / float(shape.sum())
 
 
 mosaic += spot(160.0, 150.0, 300.0, 2.0) + spot(109.0, 118.0, 2.0, 4.0) + 0.05  # star, neighbour, sky

@@ -1,5 +1,4 @@
 import haloray as hr
-import numpy as np
 
 haloes = hr.Haloes.from_columns(
     {
@@ -13,7 +12,7 @@ haloes = hr.Haloes.from_columns(
 )
 sight = hr.LineOfSight(haloes)
 beta_x, beta_y = sight.ray_shooting([0.0, 1.5, 0.0], [0.0, 0.0, 1.5])
-print(np.round(beta_x, 6), np.round(beta_y, 6))
+print(beta_x.round(6), beta_y.round(6))
 
 image = hr.image(preset="consistent", haloes=haloes)
 print(image.noisy_e_s.shape)

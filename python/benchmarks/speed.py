@@ -76,7 +76,9 @@ def cone(command):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
         haloes.write(path / "haloes.h5")
-        np.savetxt(path / "points.csv", np.stack([x, y], 1), delimiter=",", header="theta_x_arcsec,theta_y_arcsec", comments="")
+        np.savetxt(
+            path / "points.csv", np.stack([x, y], 1), delimiter=",", header="theta_x_arcsec,theta_y_arcsec", comments=""
+        )
         arguments = ["trace", "--haloes", "haloes.h5", "--points", "points.csv", "--z-source", "1.5", "-o", "rays.h5"]
         start = time.perf_counter()
         subprocess.run([command, "--quiet", *arguments], cwd=folder, check=True)

@@ -18,7 +18,9 @@ recipe = Stage0Recipe.from_file(HERE / "recipe.yaml")
 # What conda-forge pins; the compilers are named by the platform.
 PINNED = {"python": ["3.10.* *_cpython"], "c_stdlib": ["sysroot"], "c_stdlib_version": ["2.17"]}
 for platform in ("linux-64", "linux-aarch64", "osx-arm64"):
-    config = RenderConfig(platform=PlatformConfig(target_platform=platform, build_platform=platform, host_platform=platform))
+    config = RenderConfig(
+        platform=PlatformConfig(target_platform=platform, build_platform=platform, host_platform=platform)
+    )
     for variant in recipe.render(VariantConfig(PINNED), config):
         found = variant.recipe.to_dict()
         assert found["package"]["version"] == crate["package"]["version"], found["package"]

@@ -14,17 +14,23 @@ from . import figures
 from ._config import config
 from ._coolest import CoolestModel, from_coolest, to_coolest
 from ._decoupled import DecoupledMultiPlane
+from ._effective import Effective, Flexion, Tidal
 from ._ensemble import Ensemble, ensemble
 from ._errors import Error, FileError, InputError, MissingFileError
-from ._fit import Fit, Observation, Parameter, fit, model_text, models
+from ._fit import Fit, Parameter, fit, model_text, models
 from ._haloes import Haloes, populate
-from ._haloray import Config, __version__, number_of_threads, set_threads
-from ._lens_model import LENS_MODELS, CriticalCurve, LensModel, PointImages
+from ._haloray import Config, __version__
+from ._lens_arguments import LENS_MODELS
+from ._lens_model import LensModel
+from ._lens_results import CriticalCurve, PointImages
 from ._mock import Mock, MockImage, mock
+from ._observation import Observation
 from ._pyhalo import from_lens_models, from_pyhalo, to_lens_models
 from ._read import Posterior, Run, open_ensemble, open_posterior, open_run, read
 from ._run import Image, Simulation, image, simulate
-from ._sight import Effective, Flexion, Interpol, LineOfSight, Rays, Tidal
+from ._sight import Interpol, LineOfSight, Rays
+from ._slsim import from_slsim, to_slsim
+from ._threads import number_of_threads, set_threads
 from ._versions import show_versions
 
 __all__ = [
@@ -64,6 +70,7 @@ __all__ = [
     "from_coolest",
     "from_lens_models",
     "from_pyhalo",
+    "from_slsim",
     "image",
     "mock",
     "model_text",
@@ -79,4 +86,5 @@ __all__ = [
     "simulate",
     "to_coolest",
     "to_lens_models",
+    "to_slsim",
 ]

@@ -6,13 +6,14 @@ import copyreg
 import json
 import os
 from collections.abc import Mapping
-from typing import Any, Union
+from typing import Any, Union, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._errors import InputError
 from ._haloray import Config
-from ._units import number, refuse, whole
+from ._units import expect, number, path_of, refuse, whole
 
 #: A preset's name, the path of a TOML file, a dictionary of the keys to change, or a resolved configuration.
 ConfigLike = Union[str, "os.PathLike[str]", Mapping[str, Any], Config, None]
@@ -56,16 +57,17 @@ def config(
     MissingFileError
         No such file.
     """
-    resolved = _resolve(config, preset)
+    resolved = _resolve(config, expect("preset", preset, str, "a preset's name"))
     if seed is None and draw is None and accuracy_arcsec is None:
         return resolved
     seed = None if seed is None else whole("seed", seed)
     if accuracy_arcsec is not None and not isinstance(accuracy_arcsec, str):
         accuracy_arcsec = number("accuracy_arcsec", accuracy_arcsec, "arcsec")
+    draw = None if draw is None else expect("draw", draw, str, '"direct" or "brute-force"')
     return resolved.with_options(seed, draw, accuracy_arcsec)
 
 
-def _resolve(config: ConfigLike, preset: str) -> Config:
+def _resolve(config: Any, preset: str) -> Config:
     if isinstance(config, Config):
         return config
     if config is None:
@@ -73,22 +75,22 @@ def _resolve(config: ConfigLike, preset: str) -> Config:
     if isinstance(config, str) and config in PRESETS:
         return Config.of_file(config, None)
     if isinstance(config, (str, os.PathLike)):
-        return Config.of_file(preset, os.fspath(config))
+        return Config.of_file(preset, path_of("config", cast("object", config)))
     if isinstance(config, Mapping):
-        return Config.of_json(preset, as_json("config", config))
+        return Config.of_json(preset, as_json("config", cast("Mapping[str, Any]", config)))
     raise refuse("config", config, "a preset's name, the path of a TOML file or a dictionary")
 
 
 def as_json(name: str, mapping: Mapping[str, Any]) -> str:
     """A dictionary of numbers, text and sections as JSON."""
 
-    def plain(value: Any) -> Any:
+    def plain(value: Any) -> object:
         if isinstance(value, (np.generic, np.ndarray)):
-            return value.tolist()
+            return np.asarray(cast("NDArray[Any]", value)).tolist()
         if isinstance(value, os.PathLike):
-            return os.fspath(value)
+            return os.fspath(cast("os.PathLike[str]", value))
         if isinstance(value, Mapping):
-            return dict(value)
+            return dict(cast("Mapping[str, object]", value))
         raise InputError(f"{name} holds {value!r}, but must hold numbers, text and sections")
 
     try:
@@ -99,8 +101,9 @@ def as_json(name: str, mapping: Mapping[str, Any]) -> str:
         raise InputError(f"{name} holds what is no number, text or section: {error}") from error
 
 
-def _of_toml(toml: str) -> Config:
+def of_toml(toml: str) -> Config:
+    """The configuration of its own text."""
     return Config.of_complete_text(toml)
 
 
-copyreg.pickle(Config, lambda config: (_of_toml, (config.toml,)))
+copyreg.pickle(Config, lambda config: (of_toml, (config.toml,)))

@@ -11,12 +11,13 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 from ._cosmology import parameters
 from ._errors import InputError, MissingFileError
 from ._lens_model import LensModel
-from ._units import Array, image, number
+from ._packages import package
+from ._units import Array, image, items, mapping, number, path_of
 
 Kwargs = Sequence[Mapping[str, Any]]
 
@@ -44,14 +45,25 @@ class CoolestModel:
     lens_redshift_list: list[float]
     z_lens: float
     z_source: float
-    source_light_model_list: list[str] = field(default_factory=list)
-    kwargs_source: list[dict[str, float]] = field(default_factory=list)
-    lens_light_model_list: list[str] = field(default_factory=list)
-    kwargs_lens_light: list[dict[str, float]] = field(default_factory=list)
+    source_light_model_list: list[str] = field(default_factory=list[str])
+    kwargs_source: list[dict[str, float]] = field(default_factory=list[dict[str, float]])
+    lens_light_model_list: list[str] = field(default_factory=list[str])
+    kwargs_lens_light: list[dict[str, float]] = field(default_factory=list[dict[str, float]])
     cosmology: tuple[float, float] = (67.4, 0.315)
 
     def lens_model(self) -> LensModel:
-        """The masses; in one plane where they have one redshift."""
+        """The masses; in one plane where they have one redshift.
+
+        Returns
+        -------
+        LensModel
+            With its redshifts and cosmology; its arguments are ``kwargs_lens``.
+
+        Raises
+        ------
+        InputError
+            A profile without the redshifts that it needs.
+        """
         planes = len(set(self.lens_redshift_list)) > 1
         redshifts = self.lens_redshift_list if planes else None
         z_lens = None if planes else self.z_lens
@@ -68,6 +80,11 @@ def from_coolest(path: str | os.PathLike[str]) -> CoolestModel:
     path : path
         The template, plain JSON.
 
+    Returns
+    -------
+    CoolestModel
+        Masses before the farthest entity, and the lights of all; angles in arcsec, position angles turned into e1, e2.
+
     Raises
     ------
     InputError
@@ -75,17 +92,18 @@ def from_coolest(path: str | os.PathLike[str]) -> CoolestModel:
     MissingFileError
         No such file.
     """
-    name = os.fspath(path)
+    name = path_of("path", path)
     try:
         with open(name, encoding="utf-8") as file:
-            content = json.load(file)
+            content: Any = json.load(file)
     except FileNotFoundError as error:
         raise MissingFileError(f"cannot read {name}: no such file") from error
     except (ValueError, OSError) as error:
         raise InputError(f"{name} is no COOLEST template: {error}") from error
-    if not isinstance(content, dict) or content.get("standard") != "COOLEST":
+    found = cast("dict[str, Any]", content) if isinstance(content, dict) else {}
+    if found.get("standard") != "COOLEST":
         raise InputError(f"{name} is no COOLEST template: standard is not COOLEST")
-    entities = content.get("lensing_entities", [])
+    entities: list[Any] = found.get("lensing_entities", [])
     redshifts = [number(f"redshift of {own.get('name')}", own["redshift"]) for own in entities]
     if not redshifts:
         raise InputError(f"{name} has no lensing entities")
@@ -100,7 +118,7 @@ def from_coolest(path: str | os.PathLike[str]) -> CoolestModel:
             lights[z == z_source].append(_light_in(profile))
     if not masses:
         raise InputError(f"{name} has no mass before its source")
-    about = content.get("cosmology") or {}
+    about: dict[str, Any] = found.get("cosmology") or {}
     return CoolestModel(
         [mass[0] for mass in masses],
         [mass[1] for mass in masses],
@@ -157,13 +175,11 @@ def to_coolest(
     InputError
         A profile that COOLEST does not have.
     """
-    try:
-        from coolest.template import lazy
-        from coolest.template.json import JSONSerializer
-        from coolest.template.standard import COOLEST
-    except ImportError as error:
-        raise ImportError("to_coolest needs the coolest package: pip install coolest") from error
-    name = os.path.abspath(os.fspath(path))
+    lazy, serial, standard = (
+        package(f"coolest.template.{own}", "to_coolest needs the coolest package")
+        for own in ("lazy", "json", "standard")
+    )
+    name = os.path.abspath(path_of("path", path))
     if not name.endswith(".json"):
         raise InputError(f"path is {name}, but must end in .json")
     masses = [_mass_out(own, kwargs) for own, kwargs in _pairs("lens", lens_model_list, kwargs_lens)]
@@ -179,6 +195,7 @@ def to_coolest(
                 found[place].parameters[own].set_point_estimate(value)
         return found
 
+    z_lens, z_source = number("z_lens", z_lens), number("z_source", z_source)
     entities: list[Any] = []
     if fields:
         entities.append(lazy.MassField("line of sight", z_lens, mass_model=filled(lazy.MassModel, fields)))
@@ -193,7 +210,7 @@ def to_coolest(
         scale = number("pixel_scale_arcsec", pixel_scale_arcsec, "arcsec")
         grid = _grid(lazy, name.removesuffix(".json") + "_image.fits", image("image_e_s", image_e_s), scale)
     hubble, matter = parameters(cosmology)
-    template = COOLEST(
+    template = standard.COOLEST(
         "MAP",
         lazy.CoordinatesOrigin("0d", "0d"),
         lazy.LensingEntityList(*entities),
@@ -202,13 +219,12 @@ def to_coolest(
         lazy.Cosmology(hubble, matter),
         metadata={"writer": "haloray"},
     )
-    JSONSerializer(name.removesuffix(".json"), obj=template, check_external_files=False).dump_simple()
+    serial.JSONSerializer(name.removesuffix(".json"), obj=template, check_external_files=False).dump_simple()
 
 
 def _grid(lazy: Any, path: str, pixels: Array, scale: float) -> Any:
     """The image as FITS, and as COOLEST's grid."""
-    from astropy.io import fits
-
+    fits = package("astropy.io.fits", "to_coolest needs astropy for an image")
     fits.writeto(path, pixels, overwrite=True)
     half, n = 0.5 * len(pixels) * scale, len(pixels)
     view = {"field_of_view_x": (-half, half), "field_of_view_y": (-half, half)}
@@ -286,7 +302,7 @@ def _light_out(name: str, kwargs: Mapping[str, Any]) -> tuple[str, dict[str, flo
 
 
 def _values(profile: Mapping[str, Any], names: Sequence[str]) -> dict[str, float]:
-    found = {}
+    found: dict[str, float] = {}
     for own in names:
         value = profile["parameters"].get(own, {}).get("point_estimate", {}).get("value")
         if value is None:
@@ -327,9 +343,13 @@ def _light_in(profile: Mapping[str, Any]) -> tuple[str, dict[str, float]]:
 
 
 def _pairs(what: str, names: Sequence[str], kwargs: Kwargs) -> list[tuple[str, Mapping[str, Any]]]:
-    if isinstance(names, str) or len(names) != len(kwargs):
-        raise InputError(f"arguments of the {what} are {len(kwargs)}, but must be as many as its models, {len(names)}")
-    return list(zip(names, kwargs))
+    models = items(f"models of the {what}", names, "a list of names")
+    arguments = items(f"arguments of the {what}", kwargs, "a list of dictionaries")
+    if len(models) != len(arguments):
+        raise InputError(
+            f"arguments of the {what} are {len(arguments)}, but must be as many as its models, {len(models)}"
+        )
+    return [(name, mapping(f"arguments of {name}", own, "a dictionary")) for name, own in zip(models, arguments)]
 
 
 __all__ = ["CoolestModel", "from_coolest", "to_coolest"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 from ._errors import InputError
 from ._units import number, refuse
@@ -16,10 +16,10 @@ def parameters(cosmology: Any) -> tuple[float, float]:
     if cosmology is None:
         return DEFAULT
     if isinstance(cosmology, dict):
-        unknown = set(cosmology) - {"H0", "Om0"}
-        if unknown or len(cosmology) != 2:
-            raise refuse("cosmology", cosmology, "a dictionary with H0 (km/s/Mpc) and Om0")
-        return number("H0", cosmology["H0"]), number("Om0", cosmology["Om0"])
+        named = cast("dict[object, object]", cosmology)
+        if set(named) != {"H0", "Om0"}:
+            raise refuse("cosmology", named, "a dictionary with H0 (km/s/Mpc) and Om0")
+        return number("H0", named["H0"], "km / (s Mpc)"), number("Om0", named["Om0"])
     if hasattr(cosmology, "H0") and hasattr(cosmology, "Om0"):
         _check_flat_matter(cosmology)
         return number("H0", cosmology.H0, "km / (s Mpc)"), number("Om0", cosmology.Om0)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,10 +10,11 @@ import numpy as np
 from ._errors import InputError
 from ._haloes import Haloes
 from ._lens_model import LensModel
-from ._units import Array, Points, number, whole
+from ._packages import package
+from ._units import Array, Points, number, refuse, whole
 
 #: Of a main lens: (redshift, name of a profile, its arguments).
-Lens = tuple[float, str, Mapping[str, float]]
+Lens = tuple[float, str, dict[str, float]]
 
 
 class Sight(Protocol):
@@ -52,14 +52,39 @@ class DecoupledMultiPlane:
     _comoving: tuple[float, float, float]
 
     def ray_shooting(self, x_arcsec: Any, y_arcsec: Any, lens: Lens | None = None) -> tuple[Any, Any]:
-        """β as lenstronomy's decoupled multi-plane has it behind ``lens`` (the fiducial one unless given), arcsec."""
+        """Trace rays as lenstronomy's decoupled multi-plane does.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec : float or array_like
+            Directions within the tables, arcsec.
+        lens : (redshift, name, arguments), optional
+            Another main lens, in the same plane.
+
+        Returns
+        -------
+        tuple
+            β_x and β_y in arcsec, in the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            Directions outside the tables; a lens that cannot be.
+        """
         points = Points(("x_arcsec", "y_arcsec"), x_arcsec, y_arcsec)
-        _, name, arguments = self.lens if lens is None else lens
+        _, name, arguments = self.lens if lens is None else lens_of(lens)
+        half = float(self.kwargs["x0_interp"].grid[0][-1])
+        outside = np.flatnonzero(~((np.abs(points.x) <= half) & (np.abs(points.y) <= half)))
+        if len(outside):
+            x, y = points.x[outside[0]], points.y[outside[0]]
+            raise InputError(
+                f"point {outside[0]} is ({x:g}, {y:g}) arcsec, but must be within {half:g} of the axis, as the tables are"
+            )
         at = (points.x, points.y)
         to_lens, to_source, between = self._comoving
         x, y = self.kwargs["x0_interp"](at), self.kwargs["y0_interp"](at)
         alpha = LensModel([name]).alpha(x / to_lens, y / to_lens, [dict(arguments)])
-        found = []
+        found: list[Any] = []
         for axis, place, bend in (("x", x, alpha[0]), ("y", y, alpha[1])):
             foreground = self.kwargs[f"alpha_{axis}_interp_foreground"](at)
             background = self.kwargs[f"alpha_{axis}_interp_background"](at)
@@ -68,23 +93,53 @@ class DecoupledMultiPlane:
         return found[0], found[1]
 
     def error(self, x_arcsec: Any, y_arcsec: Any, lens: Lens | None = None) -> Any:
-        """How far these β are from rays traced through all haloes behind ``lens``, arcsec."""
+        """How far these β are from rays traced through all haloes behind ``lens``, arcsec.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec, lens
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        float or ndarray
+            \\|β − β_traced\\| in arcsec, in the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         traced = self._sight.ray_shooting(x_arcsec, y_arcsec, lens=self.lens if lens is None else lens)
         found = self.ray_shooting(x_arcsec, y_arcsec, lens)
         return np.hypot(found[0] - traced[0], found[1] - traced[1])
 
 
+def lens_of(lens: Any) -> Lens:
+    """A main lens with numbers; quantities are converted."""
+    try:
+        z_lens, name, arguments = lens
+        named = dict(arguments)
+    except (TypeError, ValueError) as error:
+        raise refuse("lens", lens, "(redshift, name of a profile, its arguments)") from error
+    numbers = {str(own): number(str(own), value, _unit_of(str(own))) for own, value in named.items()}
+    return number("redshift of the lens", z_lens), str(name), numbers
+
+
+def _unit_of(name: str) -> str | None:
+    """The unit of an argument of a profile that may come as a quantity."""
+    angles = ("theta_E", "center_x", "center_y", "Rs", "alpha_Rs", "r_trunc", "R_sersic")
+    return "arcsec" if name in angles else None
+
+
 def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> DecoupledMultiPlane:
     """Rays of ``sight`` on a grid, as tables around ``lens``."""
-    try:
-        from scipy.interpolate import RegularGridInterpolator
-    except ImportError as error:
-        raise ImportError("to_decoupled_multiplane needs scipy, as lenstronomy does: pip install scipy") from error
+    interpolate = package("scipy.interpolate", "to_decoupled_multiplane needs scipy, as lenstronomy does")
     half, n = number("half_width_arcsec", half_width_arcsec, "arcsec"), whole("n", n, 4, 4096)
     if not 0.0 < half < float("inf"):
         raise InputError(f"half_width_arcsec is {half}, but must be positive and finite")
+    lens = lens_of(lens)
     z_lens, name, arguments = lens
-    z_lens = number("redshift of the lens", z_lens)
     to_lens, to_source = _comoving(sight, z_lens), _comoving(sight, sight.z_source)
     between = to_source - to_lens
     axis = np.linspace(-half, half, n)
@@ -96,7 +151,7 @@ def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> Decou
     background = (to_source * beta - to_lens * at_lens) / between + alpha * to_source / between - theta
 
     def table(values: Array) -> Any:
-        return RegularGridInterpolator((axis, axis), values, method="linear", bounds_error=True)
+        return interpolate.RegularGridInterpolator((axis, axis), values, method="linear", bounds_error=True)
 
     kwargs = {
         "x0_interp": table(to_lens * at_lens[0]),
@@ -107,12 +162,10 @@ def decoupled(sight: Sight, lens: Lens, half_width_arcsec: Any, n: Any) -> Decou
         "alpha_y_interp_background": table(background[1]),
         "z_split": z_lens,
     }
-    found = DecoupledMultiPlane(
-        kwargs, float("nan"), (z_lens, name, dict(arguments)), sight, (to_lens, to_source, between)
-    )
+    found = DecoupledMultiPlane(kwargs, float("nan"), lens, sight, (to_lens, to_source, between))
     middle = 0.5 * (axis[1:] + axis[:-1])
     worst = float(np.max(found.error(*np.meshgrid(middle, middle))))
-    return DecoupledMultiPlane(kwargs, worst, found.lens, sight, found._comoving)
+    return replace(found, error_arcsec=worst)
 
 
 def _comoving(sight: Sight, z: float) -> float:

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any, Protocol, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from ._config import ConfigLike, _of_toml
+from ._config import ConfigLike, of_toml
 from ._config import config as resolve
 from ._errors import InputError
 from ._haloray import Config, EnsemblePlan
+from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, column, number, refuse, whole
+from ._units import Array, centred, column, number, one_of, path_of, refuse, whole
 
 if TYPE_CHECKING:
     import pandas
@@ -50,7 +51,7 @@ class _Plan:
     number: int
 
     def native(self) -> EnsemblePlan:
-        config = _of_toml(self.toml)
+        config = of_toml(self.toml)
         return EnsemblePlan(config, list(self.lenses), self.level, self.model, self.first, self.number)
 
 
@@ -80,7 +81,7 @@ class Ensemble:
     def __init__(self, plan: _Plan, parts: Sequence[dict[str, Any]]) -> None:
         native = plan.native()
         self._plan, self._native = plan, native
-        self.config: Config = _of_toml(plan.toml)
+        self.config: Config = of_toml(plan.toml)
         self.level = plan.level
         self.sightline: NDArray[np.int64] = np.arange(plan.first, plan.first + plan.number)
         described = native.columns()
@@ -116,25 +117,30 @@ class Ensemble:
         raise KeyError(name)
 
     def to_xarray(self, group: str = "sightlines") -> xarray.Dataset:
-        """A group as an xarray data set with dimension ``sightline``, units and words in its attributes.
+        """A group as an xarray data set with dimension ``sightline``.
 
         Parameters
         ----------
         group : {"sightlines", "tidal_haloes", "maps", "images"}
             Columns; columns seen through the haloes in the tidal regime; maps; images. The groups of ``sightlines.h5``.
+
+        Returns
+        -------
+        xarray.Dataset
+            Units and words stand in the attributes; maps and images have coordinates in arcsec.
+
+        Raises
+        ------
+        InputError
+            Another group.
         """
-        try:
-            import xarray
-        except ImportError as error:
-            raise ImportError("to_xarray needs xarray: pip install xarray") from error
         groups: dict[str, Mapping[str, NDArray[Any]]] = {
             "sightlines": self.columns,
             "tidal_haloes": self.tidal_haloes,
             "maps": self.maps,
             "images": self.images,
         }
-        if group not in groups:
-            raise refuse("group", group, '"sightlines", "tidal_haloes", "maps" or "images"')
+        group = one_of("group", group, list(groups))
         coords: dict[str, Any] = {"sightline": self.sightline}
         variables: dict[str, Any] = {}
         for name, values in groups[group].items():
@@ -143,16 +149,23 @@ class Ensemble:
             variables[name] = (dims, values, {key: words for key, words in attributes.items() if words})
             if values.ndim == 3:
                 for axis, side in (("y", values.shape[1]), ("x", values.shape[2])):
-                    places = (np.arange(side) - 0.5 * (side - 1)) * self.step_arcsec
+                    places = centred(side) * self.step_arcsec
                     coords[axis] = (axis, places, {"units": "arcsec"})
         about = {"seed": self.config.seed, "level": self.level, "configuration": self.config.toml}
-        return xarray.Dataset(variables, coords, about)
+        found: xarray.Dataset = package("xarray", "to_xarray needs xarray").Dataset(variables, coords, about)
+        return found
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The columns as a pandas data frame with the index ``sightline``."""
-        import pandas
+        """The columns as a pandas data frame.
 
-        return pandas.DataFrame(self.columns, index=pandas.Index(self.sightline, name="sightline"))
+        Returns
+        -------
+        pandas DataFrame
+            With the index ``sightline``, in the units of ``units``.
+        """
+        own = package("pandas", "to_dataframe needs pandas")
+        found: pandas.DataFrame = own.DataFrame(self.columns, index=own.Index(self.sightline, name="sightline"))
+        return found
 
     def write(self, folder: str | os.PathLike[str], overwrite: bool = False) -> None:
         """Write the files and figures of ``haloray ensemble -o``; ``sightlines.h5`` has the same bytes.
@@ -172,7 +185,7 @@ class Ensemble:
         stacks = [np.ascontiguousarray(stack) for stack in self._stacks]
         failures = sorted(self.failures.items())
         own, tidal = self._values
-        for complaint in self._native.write(own, tidal, stacks, failures, os.fspath(folder), bool(overwrite)):
+        for complaint in self._native.write(own, tidal, stacks, failures, path_of("folder", folder), bool(overwrite)):
             warnings.warn(complaint, stacklevel=2)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -252,8 +265,7 @@ def ensemble(
     (8,)
     """
     resolved = resolve(config, preset=preset, seed=seed, draw=draw, accuracy_arcsec=accuracy_arcsec)
-    if level not in LEVELS:
-        raise refuse("level", level, '"scalars", "maps", "images" or "fits"')
+    level = one_of("level", level, LEVELS)
     rows = _lenses(lenses)
     count = whole("n", n, 1, 1 << 40) * max(len(rows), 1)
     plan = _Plan(resolved.toml, rows, level, str(model), whole("first", first, 0, 1 << 40), count)
@@ -298,7 +310,7 @@ def _lenses(lenses: LensesLike) -> tuple[tuple[str, float, float, float | None],
         return ()
     given: Any = lenses
     if isinstance(lenses, Mapping):
-        table: dict[str, Any] = {str(name): lenses[name] for name in lenses}
+        table: dict[str, Any] = {str(name): given[name] for name in given}
     elif hasattr(given, "colnames") or hasattr(given, "columns"):
         names = getattr(given, "colnames", None) or list(given.columns)
         table = {str(name): np.asarray(given[name]) for name in names}
@@ -318,7 +330,7 @@ def _lenses(lenses: LensesLike) -> tuple[tuple[str, float, float, float | None],
     lengths = {len(z_lens), len(z_source), len(texts), len(z_lens) if radii is None else len(radii)}
     if lengths != {len(z_lens)} or not len(z_lens):
         raise InputError("columns of lenses differ in length or are empty, but must have one value a lens")
-    rows = []
+    rows: list[tuple[str, float, float, float | None]] = []
     for i, name in enumerate(texts):
         z = number("z_lens", z_lens[i]), number("z_source", z_source[i])
         if not 0.0 < z[0] < z[1] <= 20.0:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, Union, cast
 
 import numpy as np
 
-from ._config import ConfigLike, _of_toml
+from ._config import ConfigLike, of_toml
 from ._config import config as resolve
 from ._cosmology import parameters
 from ._errors import InputError
 from ._haloray import Catalogue, Config
 from ._haloray import populate as _populate
+from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, array, column, number, refuse, whole
+from ._units import Array, column, expect, mapping, number, path_of, refuse, whole
 
 if TYPE_CHECKING:
     import astropy.table
@@ -68,10 +69,9 @@ class Haloes:
         sightline: int = 0,
         made_for: tuple[str, str] | None = None,
     ) -> None:
-        if not isinstance(native, Catalogue):
-            raise refuse("haloes", native, "made by populate, read, from_columns, from_table or from_dataframe")
-        self._native = native
-        self.config = config
+        made = "made by populate, read, from_columns, from_table or from_dataframe"
+        self._native = expect("haloes", native, Catalogue, made)
+        self.config = None if config is None else expect("config", config, Config, "a haloray.Config")
         self.sightline = sightline
         self._made_for = (config.sheets, config.reference) if made_for is None and config is not None else made_for
 
@@ -90,6 +90,11 @@ class Haloes:
         cosmology : optional
             An astropy ``FlatLambdaCDM`` without radiation, or (H0 in km/s/Mpc, Ωm); (67.4, 0.315) if left out.
 
+        Returns
+        -------
+        Haloes
+            In the order of the rows.
+
         Raises
         ------
         InputError
@@ -97,7 +102,7 @@ class Haloes:
         """
         numbers: dict[str, Array] = {}
         texts: dict[str, list[str]] = {}
-        for name, values in columns.items():
+        for name, values in mapping("columns", columns, "columns by name").items():
             if name not in UNITS and np.asarray(values).dtype.kind in "USO":
                 texts[str(name)] = [str(value) for value in values]
             else:
@@ -108,22 +113,75 @@ class Haloes:
 
     @classmethod
     def from_table(cls, table: astropy.table.Table, z_source: float, cosmology: Any = None) -> Haloes:
-        """Haloes from an astropy table, whose columns may have units; see :meth:`from_columns`."""
+        """Haloes from an astropy table, whose columns may have units.
+
+        Parameters
+        ----------
+        table : astropy Table
+            With the columns of :meth:`from_columns`.
+        z_source, cosmology
+            See :meth:`from_columns`.
+
+        Returns
+        -------
+        Haloes
+            In the order of the rows.
+
+        Raises
+        ------
+        InputError
+            See :meth:`from_columns`.
+        """
         columns: dict[str, Any] = {}
-        for name in table.colnames:
-            own = table[name]
+        given: Any = table
+        if not hasattr(given, "colnames"):
+            raise refuse("table", given, "an astropy table")
+        for name in given.colnames:
+            own = given[name]
             unit = getattr(own, "unit", None)
             columns[name] = own if unit is None or hasattr(own, "to_value") else own.quantity
         return cls.from_columns(columns, z_source, cosmology)
 
     @classmethod
     def from_dataframe(cls, frame: pandas.DataFrame, z_source: float, cosmology: Any = None) -> Haloes:
-        """Haloes from a pandas data frame; see :meth:`from_columns`."""
+        """Haloes from a pandas data frame.
+
+        Parameters
+        ----------
+        frame : pandas DataFrame
+            With the columns of :meth:`from_columns`, in their units.
+        z_source, cosmology
+            See :meth:`from_columns`.
+
+        Returns
+        -------
+        Haloes
+            In the order of the rows.
+
+        Raises
+        ------
+        InputError
+            See :meth:`from_columns`.
+        """
+        if not (hasattr(frame, "columns") and hasattr(frame, "iloc")):
+            raise refuse("frame", frame, "a pandas data frame")
         return cls.from_columns({str(name): frame[name].to_numpy() for name in frame.columns}, z_source, cosmology)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], z_source: float, cosmology: Any = None) -> Haloes:
-        """Haloes of a table (.csv, .h5, .fits; also the run.h5 of a simulation), as the command reads it.
+        """Haloes of a table, as the command reads it.
+
+        Parameters
+        ----------
+        path : path
+            A .csv, .h5 or .fits; also the run.h5 of a simulation.
+        z_source, cosmology
+            See :meth:`from_columns`.
+
+        Returns
+        -------
+        Haloes
+            In the order of the rows.
 
         Raises
         ------
@@ -132,15 +190,28 @@ class Haloes:
         MissingFileError
             No such file.
         """
-        native, made_for = Catalogue.read(os.fspath(path), number("z_source", z_source), parameters(cosmology))
+        native, made_for = Catalogue.read(path_of("path", path), number("z_source", z_source), parameters(cosmology))
         return cls(native, made_for=made_for)
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Write the table, .csv, .h5 or .fits, with the same bytes as ``haloray populate``."""
+        """Write the table, with the same bytes as ``haloray populate``.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .csv, .h5 or .fits.
+
+        Raises
+        ------
+        InputError
+            Another ending.
+        FileError
+            A file that cannot be written.
+        """
         told = f"# sightline = {self.sightline}\n" if self.sightline else ""
         seed = None if self.config is None else self.config.seed
         toml = "" if self.config is None else told + self.config.toml
-        self._native.write(os.fspath(path), seed, toml)
+        self._native.write(path_of("path", path), seed, toml)
 
     def __len__(self) -> int:
         return len(self._native)
@@ -180,7 +251,7 @@ class Haloes:
         if isinstance(key, str):
             found = self._native.column(key)
             if found is None:
-                raise KeyError(key)
+                raise KeyError(f"{key} is no column of haloes that have {', '.join(self.colnames)}")
             return found
         keep = np.zeros(len(self), dtype=bool)
         try:
@@ -202,11 +273,32 @@ class Haloes:
         dict of ndarray, shape (n,)
             ``kappa``, ``gamma1``, ``gamma2``, ``abs_f``, ``abs_g`` (per arcsec) and ``delta``, the relative variation Δ_h
             of the shear across the scale (Hogg et al. 2023, equation 31).
+
+        Raises
+        ------
+        InputError
+            A scale that is not positive.
         """
         return self._native.effects(number("theta_e_arcsec", theta_e_arcsec, "arcsec"))
 
     def to_source(self, z_source: float) -> Haloes:
-        """The haloes before another source, from their masses; those behind it are left out."""
+        """Haloes before another source, from their masses; those behind it are left out.
+
+        Parameters
+        ----------
+        z_source : float
+            Redshift of the source.
+
+        Returns
+        -------
+        Haloes
+            With angles reduced to that source, arcsec.
+
+        Raises
+        ------
+        InputError
+            Haloes without ``m200c_msun`` and ``c200c``.
+        """
         z_source = number("z_source", z_source)
         if z_source == self.z_source:
             return self
@@ -223,25 +315,41 @@ class Haloes:
         return haloes
 
     def to_dict(self) -> dict[str, Any]:
-        """Columns by name, in the order of haloray's tables."""
+        """Columns by name, in the order of haloray's tables.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,), or list of str
+            Numbers in the units of their names; texts.
+        """
         return {**{name: self[name] for name in self.colnames}, **self._native.text_columns()}
 
     def to_table(self) -> astropy.table.QTable:
-        """An astropy ``QTable`` with units, source and cosmology in its ``meta``."""
-        from astropy import units
-        from astropy.table import QTable
+        """Haloes as an astropy table.
 
-        table = QTable(meta={"z_source": self.z_source, "H0": self.cosmology[0], "Om0": self.cosmology[1]})
+        Returns
+        -------
+        astropy QTable
+            With units; source and cosmology in its ``meta``.
+        """
+        quantity = package("astropy.units", "to_table needs astropy").Quantity
+        about = {"z_source": self.z_source, "H0": self.cosmology[0], "Om0": self.cosmology[1]}
+        table: astropy.table.QTable = package("astropy.table", "to_table needs astropy").QTable(meta=about)
         for name, values in self.to_dict().items():
             unit = UNITS.get(name)
-            table[name] = values if unit is None else units.Quantity(values, unit, copy=False)
+            table[name] = values if unit is None else quantity(values, unit, copy=False)
         return table
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas data frame."""
-        import pandas
+        """Haloes as a pandas data frame.
 
-        return pandas.DataFrame(self.to_dict())
+        Returns
+        -------
+        pandas DataFrame
+            Numbers in the units of their names.
+        """
+        found: pandas.DataFrame = package("pandas", "to_dataframe needs pandas").DataFrame(self.to_dict())
+        return found
 
     def __reduce__(self) -> tuple[Any, ...]:
         numbers = {name: np.array(self[name]) for name in self.colnames}
@@ -266,7 +374,7 @@ def _restored(
     sightline: int,
     made_for: tuple[str, str] | None,
 ) -> Haloes:
-    config = None if toml is None else _of_toml(toml)
+    config = None if toml is None else of_toml(toml)
     return Haloes(Catalogue.of_columns(*state), config=config, sightline=sightline, made_for=made_for)
 
 
@@ -277,14 +385,14 @@ def as_haloes(haloes: HaloesLike, z_source: float | None, cosmology: Any = None)
     if z_source is None:
         raise InputError("z_source is missing, but must be given with haloes that are no haloray.Haloes")
     if isinstance(haloes, (str, os.PathLike)):
-        return Haloes.read(haloes, z_source, cosmology)
-    if hasattr(haloes, "colnames"):
-        return Haloes.from_table(haloes, z_source, cosmology)
-    if hasattr(haloes, "columns") and hasattr(haloes, "iloc"):
-        frame: Any = haloes
-        return Haloes.from_dataframe(frame, z_source, cosmology)
-    if isinstance(haloes, Mapping):
-        return Haloes.from_columns(haloes, z_source, cosmology)
+        return Haloes.read(cast("str | os.PathLike[str]", haloes), z_source, cosmology)
+    given: Any = haloes
+    if hasattr(given, "colnames"):
+        return Haloes.from_table(given, z_source, cosmology)
+    if hasattr(given, "columns") and hasattr(given, "iloc"):
+        return Haloes.from_dataframe(given, z_source, cosmology)
+    if isinstance(given, Mapping):
+        return Haloes.from_columns(cast("Mapping[str, Any]", given), z_source, cosmology)
     raise refuse("haloes", haloes, "haloray.Haloes, a table, the path of one, or columns by name")
 
 
@@ -339,4 +447,4 @@ def populate(
     return Haloes(native, config=resolved, sightline=sightline)
 
 
-__all__ = ["Haloes", "HaloesLike", "array", "as_haloes", "populate"]
+__all__ = ["Haloes", "HaloesLike", "as_haloes", "populate"]

@@ -1,7 +1,7 @@
 """The native half: float64 columns, names and numbers in; arrays out."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ class _Way(Protocol):
     @property
     def accuracy_arcsec(self) -> float | str: ...
 
+@final
 class Config:
     """A resolved configuration: every key has its value."""
 
@@ -57,6 +58,7 @@ class Config:
     @property
     def accuracy_arcsec(self) -> float | None: ...
 
+@final
 class Catalogue:
     """Haloes that nothing changes any more."""
 
@@ -83,10 +85,11 @@ class Catalogue:
     def select(self, keep: Sequence[bool]) -> Catalogue: ...
     def effects(self, theta_e_arcsec: float) -> dict[str, _Array]: ...
 
+@final
 class Sight:
     """Haloes sorted into planes."""
 
-    def __init__(self, haloes: Catalogue, sheets: str, reference: str) -> None: ...
+    def __new__(cls, haloes: Catalogue, sheets: str, reference: str) -> Sight: ...
     def __len__(self) -> int: ...
     def sheet_convergence(self) -> float: ...
     def trace(
@@ -98,17 +101,18 @@ class Sight:
 
 _Kwargs: TypeAlias = Sequence[Mapping[str, Any]]
 
+@final
 class Lens:
     """A list of profiles, and where their planes are."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         names: Sequence[str],
         z_lens: float | None,
         z_source: float | None,
         lens_redshift_list: Sequence[float] | None,
         cosmology: tuple[float, float],
-    ) -> None: ...
+    ) -> Lens: ...
     def ray(self, x: float, y: float, kwargs: _Kwargs, only: Sequence[int] | None) -> tuple[float, float]: ...
     def trace(
         self, x: _Array, y: _Array, kwargs: _Kwargs, only: Sequence[int] | None, order_number: int
@@ -126,6 +130,7 @@ class Lens:
     def einstein_radius(self, kwargs: _Kwargs, centre: tuple[float, float] | None) -> float | None: ...
     def warnings(self, kwargs: _Kwargs) -> list[str]: ...
 
+@final
 class Observation:
     """An image to fit, with its noise and PSF."""
 
@@ -148,18 +153,19 @@ class Observation:
     @property
     def pixel_scale_arcsec(self) -> float: ...
 
+@final
 class EnsemblePlan:
     """What an ensemble is to hold; computes any part of it."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         config: Config,
         lenses: Sequence[tuple[str, float, float, float | None]],
         level: str,
         model: str,
         first: int,
         number: int,
-    ) -> None: ...
+    ) -> EnsemblePlan: ...
     def columns(self) -> tuple[list[tuple[str, str, str]], list[tuple[str, str, str]]]: ...
     def stacks(self) -> list[tuple[str, str, str, str, tuple[int, int], float]]: ...
     def compute(self, start: int, end: int, folder: str, progress: _Progress = None) -> dict[str, Any]: ...

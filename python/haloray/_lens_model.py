@@ -2,75 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, cast
 
 import numpy as np
 
 from ._cosmology import parameters
 from ._errors import InputError
-from ._haloray import Lens, lens_model_names
-from ._units import Array, Points, number, optional, refuse, whole
-
-#: Names that a ``lens_model_list`` may hold.
-LENS_MODELS: tuple[str, ...] = tuple(lens_model_names)
-#: Those of a line of sight, of which a list may hold one.
-LOS_MODELS: tuple[str, ...] = tuple(name for name in LENS_MODELS if name.startswith("LOS"))
-
-Kwargs = Sequence[Mapping[str, Any]]
-
-
-@dataclass(frozen=True)
-class PointImages:
-    """The images of a point source, in order of arrival.
-
-    Attributes
-    ----------
-    theta_arcsec : ndarray, shape (n, 2)
-        Directions.
-    jacobian : ndarray, shape (n, 2, 2)
-        A = ∂β/∂θ.
-    magnification, delay_days : ndarray, shape (n,)
-        1/det A, negative for mirrored images; arrival after the first, not a number without redshifts.
-    kind : list of str
-        ``minimum``, ``saddle`` or ``maximum`` of the arrival time.
-    is_complete : bool
-        Whether parities add up to the winding of β − β_s along the edge of the window, as they must when none is missing.
-    doubt : str or None
-        Why not, in words.
-    """
-
-    theta_arcsec: Array
-    jacobian: Array
-    magnification: Array
-    delay_days: Array
-    kind: list[str]
-    is_complete: bool
-    doubt: str | None
-
-
-@dataclass(frozen=True)
-class CriticalCurve:
-    """A critical curve with its caustic, vertex by vertex.
-
-    Attributes
-    ----------
-    kind : {"tangential", "radial"}
-        Which eigenvalue vanishes.
-    closed : bool
-        False where it leaves the window.
-    theta_arcsec, beta_arcsec : ndarray, shape (n, 2)
-        The curve, and the caustic.
-    area_arcsec2 : float
-        Inside the curve.
-    """
-
-    kind: str
-    closed: bool
-    theta_arcsec: Array
-    beta_arcsec: Array
-    area_arcsec2: float
+from ._haloray import Lens
+from ._lens_arguments import LOS_MODELS, Kwargs, has_quantities, refuse_unsupported, source_of, without_quantities
+from ._lens_results import CriticalCurve, PointImages
+from ._units import Array, Points, items, names_in, number, one_of, optional, refuse, whole
 
 
 class LensModel:
@@ -115,10 +57,8 @@ class LensModel:
         multi_plane: bool = False,
         **unsupported: Any,
     ) -> None:
-        _refuse_unsupported(unsupported, z_source)
-        if isinstance(lens_model_list, str) or not all(isinstance(name, str) for name in lens_model_list):
-            raise refuse("lens_model_list", lens_model_list, "a list of names")
-        self.lens_model_list: list[str] = list(lens_model_list)
+        refuse_unsupported(unsupported, z_source)
+        self.lens_model_list: list[str] = names_in("lens_model_list", lens_model_list)
         self.multi_plane = bool(multi_plane)
         los = [name for name in self.lens_model_list if name in LOS_MODELS]
         if len(los) > 1:
@@ -128,7 +68,11 @@ class LensModel:
                 "lens_model_list", lens_model_list, f"without {los[0]}, which has one plane, or multi_plane=False"
             )
         self.z_lens, self.z_source = optional("z_lens", z_lens), optional("z_source", z_source)
-        self.redshift_list = None if lens_redshift_list is None else [number("redshift", z) for z in lens_redshift_list]
+        self.redshift_list = (
+            None
+            if lens_redshift_list is None
+            else [number("redshift", z) for z in items("lens_redshift_list", lens_redshift_list, "a list of redshifts")]
+        )
         if self.multi_plane and self.redshift_list is None:
             raise InputError("lens_redshift_list is missing, but must be given with multi_plane=True")
         self.cosmo = cosmo
@@ -158,12 +102,19 @@ class LensModel:
         return 1.0
 
     def change_source_redshift(self, z_source: float | None) -> None:
-        """Nothing for the model's own source redshift; deflections are reduced to that one.
+        """Do nothing for the model's own source redshift; deflections are reduced to that one.
+
+        Parameters
+        ----------
+        z_source : float or None
+            The redshift that the model has.
 
         Raises
         ------
         NotImplementedError
             For another: make a model with it and the arguments that belong to it.
+        InputError
+            What is no number.
         """
         if z_source is not None and number("z_source", z_source) != self.z_source:
             raise NotImplementedError("haloray.LensModel has one source: make another model for another redshift")
@@ -209,14 +160,34 @@ class LensModel:
             try:
                 return self._native.ray(x, y, kwargs, None)
             except InputError:
-                if not _has_quantities(kwargs):
+                if not has_quantities(kwargs):
                     raise
         points = Points(("x", "y"), x, y)
         beta_x, beta_y, _, _ = self._trace(points, kwargs, k, 0)
         return points.shaped(beta_x), points.shaped(beta_y)
 
     def alpha(self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None) -> tuple[Any, Any]:
-        """Deflection α = θ − β, arcsec; see :meth:`ray_shooting`."""
+        """Deflection α = θ − β.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs, k
+            See :meth:`ray_shooting`.
+        diff : None
+            lenstronomy's, not needed; refused with many planes, as there.
+
+        Returns
+        -------
+        tuple
+            α_x, α_y in arcsec, in the shape of x.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         if diff is not None and self.multi_plane:
             raise refuse("diff", diff, "None with many planes, as in lenstronomy")
         points = Points(("x", "y"), x, y)
@@ -226,9 +197,28 @@ class LensModel:
     def hessian(
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
     ) -> tuple[Any, Any, Any, Any]:
-        """f_xx, f_xy, f_yx, f_yy with f_ij = ∂α_i/∂θ_j; see :meth:`ray_shooting`."""
-        if diff_method not in ("square", "cross"):
-            raise refuse("diff_method", diff_method, '"square" or "cross", which both are the analytic result')
+        """Hessian f_ij = ∂α_i/∂θ_j.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs, k
+            See :meth:`ray_shooting`.
+        diff, diff_method
+            lenstronomy's, not needed: derivatives are analytic.
+
+        Returns
+        -------
+        tuple
+            f_xx, f_xy, f_yx, f_yy, dimensionless, in the shape of x.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
+        one_of("diff_method", diff_method, ("square", "cross"))
         points = Points(("x", "y"), x, y)
         _, _, jacobian, _ = self._trace(points, kwargs, k, 1)
         assert jacobian is not None
@@ -243,28 +233,108 @@ class LensModel:
     def kappa(
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
     ) -> Any:
-        """Convergence ½(f_xx + f_yy)."""
+        """Convergence ½(f_xx + f_yy).
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs, k
+            See :meth:`ray_shooting`.
+        diff, diff_method
+            lenstronomy's, not needed: derivatives are analytic.
+
+        Returns
+        -------
+        float or ndarray
+            κ, dimensionless, in the shape of x.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         f_xx, _, _, f_yy = self.hessian(x, y, kwargs, k)
         return 0.5 * (f_xx + f_yy)
 
     def curl(
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
     ) -> Any:
-        """f_xy − f_yx."""
+        """Curl of the deflection, f_xy − f_yx.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs, k
+            See :meth:`ray_shooting`.
+        diff, diff_method
+            lenstronomy's, not needed: derivatives are analytic.
+
+        Returns
+        -------
+        float or ndarray
+            Dimensionless, in the shape of x.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         _, f_xy, f_yx, _ = self.hessian(x, y, kwargs, k)
         return f_xy - f_yx
 
     def gamma(
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
     ) -> tuple[Any, Any]:
-        """Shear γ1 = ½(f_xx − f_yy), γ2 = f_xy."""
+        """Shear γ1 = ½(f_xx − f_yy), γ2 = f_xy.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs, k
+            See :meth:`ray_shooting`.
+        diff, diff_method
+            lenstronomy's, not needed: derivatives are analytic.
+
+        Returns
+        -------
+        tuple
+            γ1, γ2, dimensionless, in the shape of x.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         f_xx, f_xy, _, f_yy = self.hessian(x, y, kwargs, k)
         return 0.5 * (f_xx - f_yy), f_xy
 
     def magnification(
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float | None = None, diff_method: str = "square"
     ) -> Any:
-        """1/det A, A_ij = δ_ij − f_ij; infinite on critical curves."""
+        """Magnification 1/det A, A_ij = δ_ij − f_ij.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs, k
+            See :meth:`ray_shooting`.
+        diff, diff_method
+            lenstronomy's, not needed: derivatives are analytic.
+
+        Returns
+        -------
+        float or ndarray
+            Dimensionless, in the shape of x; infinite on critical curves.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         f_xx, f_xy, f_yx, f_yy = self.hessian(x, y, kwargs, k)
         with np.errstate(divide="ignore"):
             magnification = 1.0 / np.asarray((1 - f_xx) * (1 - f_yy) - f_xy * f_yx)
@@ -273,7 +343,27 @@ class LensModel:
     def flexion(
         self, x: Any, y: Any, kwargs: Kwargs, k: Any = None, diff: float = 1e-4, hessian_diff: bool = False
     ) -> tuple[Any, Any, Any, Any]:
-        """f_xxx, f_xxy, f_xyy, f_yyy per arcsec, as lenstronomy has them: ∂f_xx/∂x, ∂f_xx/∂y, ∂f_xy/∂y, ∂f_yy/∂y."""
+        """Third derivatives of the potential, as lenstronomy has them: ∂f_xx/∂x, ∂f_xx/∂y, ∂f_xy/∂y, ∂f_yy/∂y.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs, k
+            See :meth:`ray_shooting`.
+        diff, hessian_diff
+            lenstronomy's, not needed: derivatives are analytic.
+
+        Returns
+        -------
+        tuple
+            f_xxx, f_xxy, f_xyy, f_yyy per arcsec, in the shape of x.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         points = Points(("x", "y"), x, y)
         _, _, _, second = self._trace(points, kwargs, k, 2)
         assert second is not None
@@ -286,16 +376,53 @@ class LensModel:
         )
 
     def potential(self, x: Any, y: Any, kwargs: Kwargs, k: Any = None) -> Any:
-        """Lensing potential of the profiles of one plane, arcsec², zero at their centres; the line of sight has none."""
+        """Lensing potential of the profiles of one plane, zero at their centres; the line of sight has none.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs, k
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        float or ndarray
+            arcsec², in the shape of x.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`; many planes.
+        """
         points = Points(("x", "y"), x, y)
         return points.shaped(self._native.potential(points.x, points.y, self._numbers(kwargs), self._only(k)))
 
     def fermat_potential(
         self, x_image: Any, y_image: Any, kwargs_lens: Kwargs, x_source: Any = None, y_source: Any = None
     ) -> Any:
-        """Fermat potential, arcsec², of a source at (x_source, y_source) or else of each ray's own.
+        """Fermat potential of images.
 
         With many planes it is the arrival time over the time-delay distance of ``z_lens``.
+
+        Parameters
+        ----------
+        x_image, y_image : float or array_like
+            Image positions, arcsec, of one shape.
+        kwargs_lens : list of dict
+            The arguments of each model of the list.
+        x_source, y_source : float or array_like, optional
+            The source, arcsec; that of each ray if left out.
+
+        Returns
+        -------
+        float or ndarray
+            arcsec², in the shape of x_image.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`; many planes without ``z_lens``.
         """
         points = Points(("x_image", "y_image"), x_image, y_image)
         if self.multi_plane:
@@ -304,7 +431,7 @@ class LensModel:
             return self.arrival_time(x_image, y_image, kwargs_lens) / self._native.days_per_arcsec2(self.z_lens)
         source = None
         if x_source is not None and y_source is not None:
-            source = _source_of(points, x_source, y_source)
+            source = source_of(points, x_source, y_source)
         numbers = self._numbers(kwargs_lens)
         return points.shaped(self._native.fermat_potential(points.x, points.y, numbers, source))
 
@@ -317,7 +444,25 @@ class LensModel:
         x_source: Any = None,
         y_source: Any = None,
     ) -> Any:
-        """Arrival time in days, up to a constant; needs ``z_lens`` and ``z_source``, or redshifts of many planes."""
+        """Arrival time of images, up to a constant; needs ``z_lens`` and ``z_source``, or redshifts of many planes.
+
+        Parameters
+        ----------
+        x_image, y_image, kwargs_lens, x_source, y_source
+            See :meth:`fermat_potential`; angles in arcsec.
+        kappa_ext : float
+            A convergence that is in no model: times are multiplied with 1 − κ_ext.
+
+        Returns
+        -------
+        float or ndarray
+            Days, in the shape of x_image.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`; missing redshifts.
+        """
         factor = 1.0 - number("kappa_ext", kappa_ext)
         if not self.multi_plane and x_source is not None and y_source is not None:
             days = self._native.days_per_arcsec2(self.z_lens)
@@ -338,34 +483,126 @@ class LensModel:
             See :meth:`ray_shooting`.
         half_width_arcsec : float
             Half the side of the window that is searched; widened where images may lie outside.
+
+        Returns
+        -------
+        PointImages
+            In order of arrival.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
         """
         source = (number("x_source", x_source, "arcsec"), number("y_source", y_source, "arcsec"))
         half = number("half_width_arcsec", half_width_arcsec, "arcsec")
         return PointImages(**self._native.point_images(source, self._numbers(kwargs), half))
 
     def critical_curves(self, kwargs: Kwargs, half_width_arcsec: float = 5.0) -> list[CriticalCurve]:
-        """Critical curves and caustics, largest first."""
+        """Critical curves and caustics, largest first.
+
+        Parameters
+        ----------
+        kwargs : list of dict
+            See :meth:`ray_shooting`.
+        half_width_arcsec : float
+            Half the side of the window that is searched.
+
+        Returns
+        -------
+        list of CriticalCurve
+            With vertices in arcsec.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         half = number("half_width_arcsec", half_width_arcsec, "arcsec")
         return [CriticalCurve(**own) for own in self._native.critical_curves(self._numbers(kwargs), half)]
 
     def einstein_radius(self, kwargs: Kwargs, centre_arcsec: tuple[float, float] | None = None) -> float | None:
-        """Radius of the circle of mean convergence one about a centre, the first profile's if left out; None if there is none."""
+        """Radius of the circle of mean convergence one.
+
+        Parameters
+        ----------
+        kwargs : list of dict
+            See :meth:`ray_shooting`.
+        centre_arcsec : pair of float, optional
+            The centre of the circle; that of the first profile if left out.
+
+        Returns
+        -------
+        float or None
+            arcsec; None if there is no such circle.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         centre = None
         if centre_arcsec is not None:
-            x, y = centre_arcsec
+            pair = items("centre_arcsec", centre_arcsec, "a pair of numbers")
+            if len(pair) != 2:
+                raise refuse("centre_arcsec", centre_arcsec, "a pair of numbers")
+            x, y = pair
             centre = (number("centre_arcsec[0]", x, "arcsec"), number("centre_arcsec[1]", y, "arcsec"))
         return self._native.einstein_radius(self._numbers(kwargs), centre)
 
     def warnings(self, kwargs: Kwargs) -> list[str]:
-        """Where results of these arguments differ from lenstronomy's on purpose."""
+        """Tell where results of these arguments differ from lenstronomy's on purpose.
+
+        Parameters
+        ----------
+        kwargs : list of dict
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        list of str
+            A sentence each.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         return self._native.warnings(self._numbers(kwargs))
 
     def check_parameters(self, kwargs_list: Kwargs) -> None:
-        """Raise :class:`InputError` unless every model has its arguments, each in its domain."""
+        """Check that every model has its arguments, each in its domain.
+
+        Parameters
+        ----------
+        kwargs_list : list of dict
+            See :meth:`ray_shooting`.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         self._native.warnings(self._numbers(kwargs_list))
 
     def set_static(self, kwargs: Kwargs) -> Kwargs:
-        """Keep these arguments for all calls to come."""
+        """Keep these arguments for all calls to come.
+
+        Parameters
+        ----------
+        kwargs : list of dict
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        list of dict
+            The same.
+
+        Raises
+        ------
+        InputError
+            See :meth:`ray_shooting`.
+        """
         self.check_parameters(kwargs)
         self._static = [dict(model) for model in kwargs]
         return kwargs
@@ -382,73 +619,17 @@ class LensModel:
     def _numbers(self, kwargs: Kwargs) -> Kwargs:
         """The arguments as the native side reads them: quantities as numbers."""
         kwargs = kwargs if self._static is None else self._static
-        return _without_quantities(kwargs) if _has_quantities(kwargs) else kwargs
+        return without_quantities(kwargs) if has_quantities(kwargs) else kwargs
 
     def _only(self, k: Any) -> list[int] | None:
         if k is None:
             return None
         if isinstance(k, (list, tuple, np.ndarray)):
-            if len(k) > 0 and all(isinstance(own, (bool, np.bool_)) for own in k):
-                return [i for i, own in enumerate(k) if own]
-            return [whole("k", own) for own in k]
+            chosen = list(cast("Sequence[object]", k))
+            if chosen and all(isinstance(own, (bool, np.bool_)) for own in chosen):
+                return [i for i, own in enumerate(chosen) if own]
+            return [whole("k", own) for own in chosen]
         return [whole("k", k)]
 
 
-def _source_of(points: Points, x: Any, y: Any) -> tuple[Array, Array]:
-    source = Points(("x_source", "y_source"), x, y)
-    try:
-        columns = [np.broadcast_to(own.reshape(source.shape), points.shape).reshape(-1) for own in (source.x, source.y)]
-    except ValueError as error:
-        raise InputError(
-            f"x_source is of shape {source.shape}, but must have that of x_image, {points.shape}, or be a number"
-        ) from error
-    return np.ascontiguousarray(columns[0]), np.ascontiguousarray(columns[1])
-
-
-def _has_quantities(kwargs: Any) -> bool:
-    try:
-        return any(hasattr(value, "to_value") for model in kwargs for value in model.values())
-    except (AttributeError, TypeError):
-        return False
-
-
-def _without_quantities(kwargs: Kwargs) -> Kwargs:
-    def plain(name: str, value: Any) -> Any:
-        if not hasattr(value, "to_value"):
-            return value
-        kind = str(getattr(getattr(value, "unit", None), "physical_type", ""))
-        return number(name, value, "arcsec" if "angle" in kind else None)
-
-    return [{name: plain(name, value) for name, value in model.items()} for model in kwargs]
-
-
-_DEFAULTS: dict[str, Any] = {
-    "observed_convention_index": None,
-    "z_source_convention": None,
-    "z_lens_convention": None,
-    "cosmo_interp": False,
-    "z_interp_stop": None,
-    "num_z_interp": 100,
-    "profile_kwargs_list": None,
-    "decouple_multi_plane": False,
-    "kwargs_multiplane_model": None,
-    "distance_ratio_sampling": False,
-    "cosmology_sampling": False,
-    "cosmology_model": "FlatLambdaCDM",
-    "use_jax": False,
-}
-#: Arguments that only say how lenstronomy computes.
-_HARMLESS = ("cosmo_interp", "z_interp_stop", "num_z_interp", "use_jax")
-
-
-def _refuse_unsupported(unsupported: dict[str, Any], z_source: Any) -> None:
-    for name, value in unsupported.items():
-        if name not in _DEFAULTS:
-            raise TypeError(f"LensModel has no argument {name}")
-        if name in _HARMLESS or (name == "z_source_convention" and value == z_source):
-            continue
-        if value is not None and value != _DEFAULTS[name]:
-            raise refuse(name, value, f"{_DEFAULTS[name]!r}: haloray.LensModel does not have it")
-
-
-__all__ = ["LENS_MODELS", "CriticalCurve", "LensModel", "PointImages"]
+__all__ = ["LensModel"]

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._ensemble import Executor
-from ._fit import Observation
 from ._haloray import mock as _mock
 from ._haloray import mock_instrument
+from ._observation import Observation
+from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, refuse, whole
+from ._units import Array, expect, refuse, whole
 
 if TYPE_CHECKING:
     import astropy.table
@@ -45,7 +46,13 @@ class MockImage:
     pixel_scale_arcsec: float
 
     def observation(self) -> Observation:
-        """The image with noise as :func:`fit` takes it."""
+        """The image with noise as :func:`fit` takes it.
+
+        Returns
+        -------
+        Observation
+            With noise and PSF of the camera of the mocks.
+        """
         scale, background, exposure, fwhm, truncation = mock_instrument()
         return Observation(
             self.noisy_e_s,
@@ -88,12 +95,16 @@ class Mock:
         return f"<haloray.Mock: {len(self)} systems, {len(self.images)} images>"
 
     def to_table(self) -> astropy.table.QTable:
-        """An astropy ``QTable`` with units, and ``quality`` where there are images."""
-        from astropy import units
-        from astropy.table import QTable
+        """The systems as an astropy table.
 
+        Returns
+        -------
+        astropy QTable
+            With units, and ``quality`` where there are images.
+        """
+        units = package("astropy.units", "to_table needs astropy")
         names = {"Msun": "solMass"}
-        table = QTable()
+        table: astropy.table.QTable = package("astropy.table", "to_table needs astropy").QTable()
         if self.images:
             table["quality"] = [image.quality for image in self.images]
         for name, values in self.columns.items():
@@ -105,11 +116,16 @@ class Mock:
         return table
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas data frame, with ``quality`` where there are images."""
-        import pandas
+        """The systems as a pandas data frame.
 
+        Returns
+        -------
+        pandas DataFrame
+            In the units of ``units``, with ``quality`` where there are images.
+        """
         quality = {"quality": [image.quality for image in self.images]} if self.images else {}
-        return pandas.DataFrame({**quality, **self.columns})
+        found: pandas.DataFrame = package("pandas", "to_dataframe needs pandas").DataFrame({**quality, **self.columns})
+        return found
 
 
 def mock(
@@ -152,6 +168,7 @@ def mock(
     Returns
     -------
     Mock
+        One system a row.
 
     Raises
     ------
@@ -166,9 +183,10 @@ def mock(
     True
     """
     count, start, seed = whole("n", n, 1, 1_000_000), whole("first", first, 0, 1 << 40), whole("seed", seed)
+    preset = expect("preset", preset, str, '"paper" or "text"')
     rest = str(pixel_sampling), bool(images)
     if executor is None:
-        parts = [_mock(preset, seed, start, start + count, *rest, callback(progress))]
+        parts: list[dict[str, Any]] = [_mock(preset, seed, start, start + count, *rest, callback(progress))]
     else:
         if not hasattr(executor, "submit"):
             raise refuse("executor", executor, "a concurrent.futures.Executor, or another object with a method submit")

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, Union
 
 from ._errors import InputError
+from ._packages import package
 
 #: ``True`` for a tqdm bar in terminals and notebooks, or what is told of task, units done, units in all, and a message.
 Progress = Union[bool, Callable[[str, int, "int | None", str], object], None]
@@ -23,10 +24,7 @@ def callback(progress: Progress) -> Callable[[str, int, int | None, str], object
 
 
 def _bar() -> Callable[[str, int, int | None, str], object]:
-    try:
-        from tqdm.auto import tqdm
-    except ImportError as error:
-        raise ImportError("progress=True needs tqdm: pip install tqdm") from error
+    tqdm = package("tqdm.auto", "progress=True needs tqdm").tqdm
     bars: dict[str, Any] = {}
 
     def tell(task: str, done: int, units: int | None, message: str) -> None:

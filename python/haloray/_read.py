@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ._config import _of_toml
+from ._config import of_toml
 from ._errors import InputError, MissingFileError
-from ._fit import Observation, to_arviz
+from ._fit import to_arviz
 from ._haloes import Haloes
 from ._haloray import Config, read_groups, read_posterior
-from ._units import Array
+from ._observation import Observation
+from ._packages import package
+from ._units import Array, centred, expect, path_of
 
 if TYPE_CHECKING:
     import xarray
@@ -35,11 +37,28 @@ class Posterior:
     units: dict[str, str]
 
     def to_arviz(self) -> Any:
-        """ArviZ's object, see :meth:`Fit.to_arviz`."""
+        """The draws as ArviZ's object.
+
+        Returns
+        -------
+        InferenceData or DataTree
+            See :meth:`Fit.to_arviz`, in the units of ``units``.
+
+        Raises
+        ------
+        ImportError
+            Without ArviZ.
+        """
         return to_arviz(self.posterior, {})
 
     def to_xarray(self) -> xarray.Dataset:
-        """The draws as an xarray data set with dimensions ``chain`` and ``draw``."""
+        """The draws as an xarray data set.
+
+        Returns
+        -------
+        xarray.Dataset
+            With dimensions ``chain`` and ``draw``.
+        """
         variables = {
             name: (("chain", "draw"), draws, {"units": self.units[name]} if self.units[name] else {})
             for name, draws in self.posterior.items()
@@ -70,19 +89,52 @@ class Run:
     groups: dict[str, Any]
     config: Config
     path: str
-    attributes: dict[str, dict[str, Any]] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
+    attributes: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
+    units: dict[str, str] = field(default_factory=dict[str, str])
 
     def setting(self, section: str, key: str) -> float:
-        """A number of the configuration, such as ``setting("lens", "einstein_radius_arcsec")``."""
-        return self.config.number(section, key)
+        """A number of the configuration, such as ``setting("lens", "einstein_radius_arcsec")``.
+
+        Parameters
+        ----------
+        section, key : str
+            As they stand in the TOML of the run.
+
+        Returns
+        -------
+        float
+            In the unit of its name: arcsec of ``einstein_radius_arcsec``.
+
+        Raises
+        ------
+        InputError
+            No such number.
+        """
+        return self.config.number(expect("section", section, str, "a name"), expect("key", key, str, "a name"))
 
     def haloes(self) -> Haloes:
-        """The haloes of the run."""
+        """The haloes of the run.
+
+        Returns
+        -------
+        Haloes
+            In the order of the file.
+        """
         return Haloes.read(self.path, self.config.z_source, self.config.cosmology)
 
     def maps(self) -> xarray.Dataset:
-        """The maps of the run; see :meth:`LineOfSight.maps`."""
+        """The maps of the run.
+
+        Returns
+        -------
+        xarray.Dataset
+            See :meth:`LineOfSight.maps`.
+
+        Raises
+        ------
+        KeyError
+            A run without maps.
+        """
         maps = self.groups["maps"]
         square = {name: (("theta_y", "theta_x"), values) for name, values in maps.items() if values.ndim == 2}
         axis = next((values for name, values in maps.items() if name.startswith("theta") and values.ndim == 1), None)
@@ -91,10 +143,20 @@ class Run:
         return found
 
 
-def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
+def read(path: str | os.PathLike[str]) -> Any:
     """Read a ``posterior.nc``, a ``run.h5`` or a FITS image.
 
     Haloes in a table, which belong to a source, are read by :meth:`Haloes.read`.
+
+    Parameters
+    ----------
+    path : path
+        By its ending .nc, .h5 or .fits.
+
+    Returns
+    -------
+    Posterior, Run or Observation
+        Of a ``posterior.nc``, a ``run.h5``, an image; in the units that their classes say.
 
     Raises
     ------
@@ -103,7 +165,7 @@ def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
     MissingFileError
         No such file.
     """
-    name = os.fspath(path)
+    name = path_of("path", path)
     suffix = os.path.splitext(name)[1].lower()
     if suffix == ".nc":
         variables = read_posterior(name)
@@ -112,7 +174,7 @@ def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
         groups, toml, attributes, units = read_groups(name)
         if not toml:
             raise InputError(f"{name} holds no configuration, but must be written by haloray")
-        return Run(groups, _of_toml(toml), name, attributes, units)
+        return Run(groups, of_toml(toml), name, attributes, units)
     if suffix in (".fits", ".fit", ".fz"):
         return Observation.read(name)
     raise InputError(f"{name} is no .nc, .h5 or .fits file; tables of haloes are read by Haloes.read")
@@ -120,15 +182,30 @@ def read(path: str | os.PathLike[str]) -> Posterior | Run | Observation:
 
 def folder_file(place: str | os.PathLike[str], name: str) -> str:
     """The file of that name in a folder; a path that is no folder is the file itself."""
-    path = os.fspath(place)
+    path = path_of("path", place)
     return os.path.join(path, name) if os.path.isdir(path) else path
 
 
 def open_run(path: str | os.PathLike[str]) -> xarray.DataTree:
     """Open a ``run.h5`` (or the folder of a run) as an xarray ``DataTree`` with its groups, units and attributes.
 
-    Columns of haloes have the dimension ``halo``, maps ``theta_y``, ``theta_x``, images ``y``, ``x`` with coordinates in
-    arcsec; other columns a dimension named after their group. Errors are those of :func:`read`.
+    Parameters
+    ----------
+    path : path
+        The file, or the folder of ``haloray simulate``.
+
+    Returns
+    -------
+    xarray.DataTree
+        Columns of haloes have the dimension ``halo``, maps ``theta_y``, ``theta_x``, images ``y``, ``x`` with coordinates in
+        arcsec; other columns a dimension named after their group.
+
+    Raises
+    ------
+    InputError
+        A file of another kind, or a damaged one.
+    MissingFileError
+        No such file.
     """
     run = read(folder_file(path, "run.h5"))
     if not isinstance(run, Run):
@@ -146,7 +223,7 @@ def _gather(run: Run, path: str, members: dict[str, Any], groups: dict[str, Any]
     coords: dict[str, Any] = {}
     for name, values in members.items():
         if isinstance(values, dict):
-            _gather(run, f"{path}/{name}".lstrip("/"), values, groups)
+            _gather(run, f"{path}/{name}".lstrip("/"), cast("dict[str, Any]", values), groups)
             continue
         unit = run.units.get(f"{path}/{name}".lstrip("/"), "")
         own = np.asarray(values)
@@ -156,7 +233,7 @@ def _gather(run: Run, path: str, members: dict[str, Any], groups: dict[str, Any]
             if "half_width_arcsec" in about:
                 dims, axis = ("theta_y", "theta_x"), np.linspace(-1.0, 1.0, n) * about["half_width_arcsec"]
             else:
-                dims, axis = ("y", "x"), (np.arange(n) - 0.5 * (n - 1)) * about.get("pixel_scale_arcsec", 1.0)
+                dims, axis = ("y", "x"), centred(n) * about.get("pixel_scale_arcsec", 1.0)
             coords.update({dim: (dim, axis, {"units": "arcsec"}) for dim in dims})
         variables[name] = (dims, own, {"units": unit} if unit else {})
     groups["/" + path] = _xarray().Dataset(variables, coords, dict(about))
@@ -172,6 +249,11 @@ def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xa
     group : {"sightlines", "tidal_haloes", "maps", "images", "lenses", "failures"}
         Which group.
 
+    Returns
+    -------
+    xarray.Dataset
+        With units and words in its attributes.
+
     Raises
     ------
     InputError
@@ -179,7 +261,7 @@ def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xa
     MissingFileError
         No such file.
     """
-    name = folder_file(path, "sightlines.h5")
+    name, group = folder_file(path, "sightlines.h5"), expect("group", group, str, "the name of a group")
     if not os.path.exists(name):
         raise MissingFileError(f"cannot read {name}: no such file")
     try:
@@ -190,9 +272,24 @@ def open_ensemble(path: str | os.PathLike[str], group: str = "sightlines") -> xa
 
 
 def open_posterior(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """Open a ``posterior.nc`` (or the folder of a fit) as an xarray ``Dataset`` with dimensions ``chain`` and ``draw``.
+    """Open a ``posterior.nc`` (or the folder of a fit) as an xarray ``Dataset``.
 
-    Errors are those of :func:`read`.
+    Parameters
+    ----------
+    path : path
+        The file, or the folder of ``haloray fit``.
+
+    Returns
+    -------
+    xarray.Dataset
+        With dimensions ``chain`` and ``draw``, units in its attributes.
+
+    Raises
+    ------
+    InputError
+        A file of another kind, or a damaged one.
+    MissingFileError
+        No such file.
     """
     found = read(folder_file(path, "posterior.nc"))
     if not isinstance(found, Posterior):
@@ -201,12 +298,7 @@ def open_posterior(path: str | os.PathLike[str]) -> xarray.Dataset:
 
 
 def _xarray() -> Any:
-    """The package xarray."""
-    try:
-        import xarray
-    except ImportError as error:
-        raise ImportError("this needs xarray: pip install xarray h5netcdf") from error
-    return xarray
+    return package("xarray", "saved results are xarray data sets", "xarray h5netcdf")
 
 
 __all__ = ["Posterior", "Run", "open_ensemble", "open_posterior", "open_run", "read"]

@@ -18,9 +18,10 @@ from ._haloray import Config
 from ._haloray import image as _image
 from ._haloray import simulate as _simulate
 from ._haloray import write_image as _write_image
+from ._packages import package
 from ._progress import Progress, callback
 from ._sight import dataset
-from ._units import Array, whole
+from ._units import Array, path_of, whole
 
 if TYPE_CHECKING:
     import astropy.io.fits
@@ -41,6 +42,8 @@ class Image:
         Where lens and source are, so that haloes make them appear on the axis.
     config : Config
         What it was made from.
+    sightline : int
+        Which of the sightlines of its seed.
     """
 
     noisy_e_s: Array
@@ -57,19 +60,48 @@ class Image:
         return self.config.background_rms_e_s
 
     def write(self, path: str | os.PathLike[str], noise_free: bool = False) -> None:
-        """Write the image as FITS that :func:`fit` and ``haloray fit`` read, with the same bytes as ``haloray image``."""
+        """Write the image as FITS that :func:`fit` and ``haloray fit`` read, with the same bytes as ``haloray image``.
+
+        Parameters
+        ----------
+        path : path
+            Where.
+        noise_free : bool
+            Whether to write the image without noise.
+
+        Raises
+        ------
+        FileError
+            A file that cannot be written.
+        """
         pixels = self.noise_free_e_s if noise_free else self.noisy_e_s
-        _write_image(self.config, np.ascontiguousarray(pixels).reshape(-1), self.sightline, os.fspath(path))
+        _write_image(self.config, np.ascontiguousarray(pixels).reshape(-1), self.sightline, path_of("path", path))
 
     def to_hdus(self, noise_free: bool = False) -> astropy.io.fits.HDUList:
-        """The image as astropy HDUs, with WCS and the keywords of the exposure."""
-        from astropy.io import fits
+        """The image as astropy HDUs, with WCS and the keywords of the exposure.
 
+        Parameters
+        ----------
+        noise_free : bool
+            Whether to take the image without noise.
+
+        Returns
+        -------
+        astropy HDUList
+            The image, (y, x), e⁻/s.
+
+        Raises
+        ------
+        ImportError
+            Without astropy.
+        """
+        fits = package("astropy.io.fits", "to_hdus needs astropy")
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "image.fits")
             self.write(path, noise_free)
             with fits.open(path, memmap=False, lazy_load_hdus=False) as opened:
-                return fits.HDUList([hdu.copy() for hdu in opened])
+                found: astropy.io.fits.HDUList = fits.HDUList([hdu.copy() for hdu in opened])
+                return found
 
 
 @dataclass(frozen=True)
@@ -96,7 +128,13 @@ class Simulation:
     _maps: dict[str, Any]
 
     def maps(self) -> xarray.Dataset:
-        """Maps of the distortion by all haloes; see :meth:`LineOfSight.maps`."""
+        """Maps of the distortion by all haloes.
+
+        Returns
+        -------
+        xarray.Dataset
+            See :meth:`LineOfSight.maps`.
+        """
         return dataset(self._maps)
 
 
@@ -122,6 +160,18 @@ def image(
         Which of the sightlines of the seed.
     progress : bool or callable, optional
         See :func:`populate`.
+
+    Returns
+    -------
+    Image
+        With noise and without.
+
+    Raises
+    ------
+    InputError
+        See :func:`populate`.
+    KeyboardInterrupt
+        Soon after Ctrl-C.
     """
     resolved = resolve(config, preset=preset, seed=seed, accuracy_arcsec=accuracy_arcsec)
     sightline = whole("sightline", sightline)
@@ -152,10 +202,24 @@ def simulate(
         A folder for the files and figures of the run.
     overwrite : bool
         Whether files there that no earlier run wrote may be replaced.
+
+    Returns
+    -------
+    Simulation
+        Haloes, images, maps and summary.
+
+    Raises
+    ------
+    InputError
+        See :func:`populate`.
+    FileError
+        A folder that cannot be written.
+    KeyboardInterrupt
+        Soon after Ctrl-C.
     """
     resolved = resolve(config, preset=preset, seed=seed, accuracy_arcsec=accuracy_arcsec)
     sightline = whole("sightline", sightline)
-    folder = None if output is None else os.fspath(output)
+    folder = None if output is None else path_of("output", output)
     own = _own(haloes, resolved)
     found = _simulate(resolved, own, sightline, folder, bool(overwrite), callback(progress))
     _complain(found)

@@ -2,128 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ._decoupled import DecoupledMultiPlane, decoupled
-from ._errors import InputError
+from ._decoupled import DecoupledMultiPlane, Lens, decoupled, lens_of
+from ._effective import FLEXION, TIDAL, Effective, Flexion, Tidal
 from ._haloes import Haloes, HaloesLike, as_haloes
 from ._haloray import Sight
+from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, Points, number, optional, refuse, whole
+from ._units import Array, Points, expect, number, optional, refuse, whole
 
 if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True)
-class Tidal:
-    """κ, γ1, γ2 and ω of a tidal matrix: 1 − A = [[κ+γ1, γ2−ω], [γ2+ω, κ−γ1]]."""
-
-    kappa: float
-    gamma1: float
-    gamma2: float
-    omega: float
-
-    def jacobian(self) -> Array:
-        """A, shape (2, 2)."""
-        kappa, gamma1, gamma2, omega = self.kappa, self.gamma1, self.gamma2, self.omega
-        return np.array([[1 - kappa - gamma1, omega - gamma2], [-omega - gamma2, 1 - kappa + gamma1]])
-
-
-@dataclass(frozen=True)
-class Flexion:
-    """F = ∂γ and G = ∂*γ per arcsec, half of Bacon's."""
-
-    F1: float
-    F2: float
-    G1: float
-    G2: float
-
-
-_TIDAL = ("kappa", "gamma1", "gamma2", "omega")
-_STILL = ("kappa", "gamma1", "gamma2")
-_FLEXION = ("F1", "F2", "G1", "G2")
-#: For each of lenstronomy's models: which quantities of which places it takes.
-_MODELS: dict[str, list[tuple[tuple[str, ...], str]]] = {
-    "LOS": [(_TIDAL, "od"), (_TIDAL, "os"), (_TIDAL, "ds")],
-    "LOS_MINIMAL": [(_TIDAL, "od"), (_TIDAL, "los")],
-    "LOS_FLEXION": [
-        (_STILL, "od"),
-        (_TIDAL, "os"),
-        (_STILL, "ds"),
-        (_FLEXION, "od"),
-        (_FLEXION, "os"),
-        (_FLEXION, "1ds"),
-        (_FLEXION, "2ds"),
-    ],
-    "LOS_FLEXION_MINIMAL": [
-        (_STILL, "od"),
-        (_TIDAL, "los"),
-        (_FLEXION, "od"),
-        (_FLEXION, "los"),
-        (_FLEXION, "1los"),
-    ],
-}
-
-
-@dataclass(frozen=True)
-class Effective:
-    """What tidal and flexion models of a line of sight predict on its axis, main lens excluded.
+class Rays(NamedTuple):
+    """Where rays come from, and how their bundles are distorted; what was not asked for is None.
 
     Attributes
     ----------
-    od, os, ds : Tidal
-        Observer to lens, observer to source, lens to source.
-    los : Tidal
-        A_LOS = A_odᵀ A_ds⁻¹ A_os, exactly.
-    los_linear : Tidal
-        To first order: od + os − ds.
-    flexion : dict of str to Flexion
-        By place: ``od``, ``os``, ``ds``, ``1ds``, ``2ds``, and ``los``, ``1los`` of the minimal model.
+    beta_x_arcsec, beta_y_arcsec : float or ndarray
+        β of each ray, arcsec, in the shape of the directions.
+    jacobian : ndarray, shape (…, 2, 2), or None
+        A_ij = ∂β_i/∂θ_j, dimensionless.
+    second_per_arcsec : ndarray, shape (…, 2, 2, 2), or None
+        b_ijk = ∂²β_i/∂θ_j∂θ_k per arcsec.
     """
 
-    od: Tidal
-    os: Tidal
-    ds: Tidal
-    los: Tidal
-    los_linear: Tidal
-    flexion: dict[str, Flexion]
-    _values: dict[str, float]
-
-    def kwargs(self, model: str = "LOS_MINIMAL") -> dict[str, float]:
-        """The keyword arguments of lenstronomy's (and :class:`LensModel`'s) model of that name.
-
-        Parameters
-        ----------
-        model : {"LOS", "LOS_MINIMAL", "LOS_FLEXION", "LOS_FLEXION_MINIMAL"}
-            The flexion-minimal model is of first order throughout, its κ_LOS, γ_LOS too.
-        """
-        if model not in _MODELS:
-            raise refuse("model", model, f"one of {', '.join(_MODELS)}")
-        # The minimal flexion model's own convergence, shear and rotation, to its order.
-        first_order = model == "LOS_FLEXION_MINIMAL"
-        named: dict[str, float] = {}
-        for quantities, place in _MODELS[model]:
-            source = "los_flexion" if first_order and place == "los" and quantities is _TIDAL else place
-            named.update({f"{quantity}_{place}": self._values[f"{quantity}_{source}"] for quantity in quantities})
-        return named
-
-
-class Rays(NamedTuple):
-    """Where rays come from, and how their bundles are distorted; what was not asked for is None."""
-
     beta_x_arcsec: Any
-    """β_x of each ray, arcsec."""
     beta_y_arcsec: Any
-    """β_y of each ray, arcsec."""
     jacobian: Array | None
-    """A_ij = ∂β_i/∂θ_j, shape (…, 2, 2)."""
     second_per_arcsec: Array | None
-    """b_ijk = ∂²β_i/∂θ_j∂θ_k, shape (…, 2, 2, 2)."""
 
 
 class LineOfSight:
@@ -165,13 +77,9 @@ class LineOfSight:
     ) -> None:
         self.haloes: Haloes = as_haloes(haloes, optional("z_source", z_source), cosmology)
         made_for = self.haloes._made_for or ("on-axis", "bent")
-        self.sheets: str = made_for[0] if sheets is None else sheets
-        self.reference: str = made_for[1] if reference is None else reference
+        self.sheets: str = made_for[0] if sheets is None else expect("sheets", sheets, str, "a name")
+        self.reference: str = made_for[1] if reference is None else expect("reference", reference, str, "a name")
         self.accuracy_arcsec = _accuracy(accuracy_arcsec)
-        if not isinstance(self.sheets, str):
-            raise refuse("sheets", sheets, "a name")
-        if not isinstance(self.reference, str):
-            raise refuse("reference", reference, "a name")
         self._native = Sight(self.haloes._native, self.sheets, self.reference)
 
     def __len__(self) -> int:
@@ -201,7 +109,7 @@ class LineOfSight:
         *,
         z_from: float | None = None,
         z_to: float | None = None,
-        lens: tuple[float, str, Mapping[str, float]] | None = None,
+        lens: Lens | None = None,
         progress: Progress = None,
     ) -> Rays:
         """Trace rays.
@@ -241,29 +149,111 @@ class LineOfSight:
         )
 
     def ray_shooting(self, x_arcsec: Any, y_arcsec: Any, **way: Any) -> tuple[Any, Any]:
-        """β of rays, arcsec; keywords as in :meth:`trace`."""
+        """Trace rays to their β.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec : float, array_like or Quantity
+            Directions, arcsec.
+        **way
+            ``z_from``, ``z_to``, ``lens``, ``progress`` as in :meth:`trace`.
+
+        Returns
+        -------
+        tuple
+            β_x and β_y in arcsec, in the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            See :meth:`trace`.
+        """
         rays = self.trace(x_arcsec, y_arcsec, 0, **way)
         return rays.beta_x_arcsec, rays.beta_y_arcsec
 
     def alpha(self, x_arcsec: Any, y_arcsec: Any, **way: Any) -> tuple[Any, Any]:
-        """θ − β of rays, arcsec; keywords as in :meth:`trace`."""
+        """Trace rays to their deflection α = θ − β.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec, **way
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        tuple
+            α_x and α_y in arcsec, in the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            See :meth:`trace`.
+        """
         points = Points(("x_arcsec", "y_arcsec"), x_arcsec, y_arcsec)
         rays = self.trace(points.x, points.y, 0, **way)
         return points.shaped(points.x - rays.beta_x_arcsec), points.shaped(points.y - rays.beta_y_arcsec)
 
     def jacobian(self, x_arcsec: Any, y_arcsec: Any, **way: Any) -> Array:
-        """A_ij = ∂β_i/∂θ_j of rays, shape (…, 2, 2); keywords as in :meth:`trace`."""
+        """Trace rays with their Jacobian A_ij = ∂β_i/∂θ_j.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec, **way
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        ndarray, shape (…, 2, 2)
+            A of each ray, dimensionless; … is the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            See :meth:`trace`.
+        """
         found = self.trace(x_arcsec, y_arcsec, 1, **way).jacobian
         assert found is not None
         return found
 
     def hessian(self, x_arcsec: Any, y_arcsec: Any, **way: Any) -> tuple[Any, Any, Any, Any]:
-        """f_xx, f_xy, f_yx, f_yy as lenstronomy has them: f_ij = δ_ij − ∂β_i/∂θ_j; keywords as in :meth:`trace`."""
+        """Trace rays with lenstronomy's Hessian f_ij = δ_ij − ∂β_i/∂θ_j.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec, **way
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        tuple
+            f_xx, f_xy, f_yx, f_yy, dimensionless, in the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            See :meth:`trace`.
+        """
         jacobian = self.jacobian(x_arcsec, y_arcsec, **way)
         return 1.0 - jacobian[..., 0, 0], -jacobian[..., 0, 1], -jacobian[..., 1, 0], 1.0 - jacobian[..., 1, 1]
 
     def flexion(self, x_arcsec: Any, y_arcsec: Any, **way: Any) -> Array:
-        """b_ijk = ∂²β_i/∂θ_j∂θ_k of rays per arcsec, shape (…, 2, 2, 2); keywords as in :meth:`trace`."""
+        """Trace rays with their second derivatives b_ijk = ∂²β_i/∂θ_j∂θ_k.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec, **way
+            See :meth:`ray_shooting`.
+
+        Returns
+        -------
+        ndarray, shape (…, 2, 2, 2)
+            b of each ray per arcsec; … is the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            See :meth:`trace`.
+        """
         found = self.trace(x_arcsec, y_arcsec, 2, **way).second_per_arcsec
         assert found is not None
         return found
@@ -275,15 +265,43 @@ class LineOfSight:
         *,
         z_from: float | None = None,
         z_to: float | None = None,
-        lens: tuple[float, str, Mapping[str, float]] | None = None,
+        lens: Lens | None = None,
     ) -> Any:
-        """Delay of rays in days against the straight path to the same β; differences between images are observable."""
+        """Delay of rays against the straight path to the same β; differences between images are observable.
+
+        Parameters
+        ----------
+        x_arcsec, y_arcsec : float, array_like or Quantity
+            Directions, arcsec.
+        z_from, z_to, lens
+            See :meth:`trace`.
+
+        Returns
+        -------
+        float or ndarray
+            Days, in the shape of the directions.
+
+        Raises
+        ------
+        InputError
+            See :meth:`trace`.
+        """
         points = Points(("x_arcsec", "y_arcsec"), x_arcsec, y_arcsec)
         way = _Way(z_from, z_to, lens, self.accuracy_arcsec)
         return points.shaped(self._native.delay_days(points.x, points.y, way))
 
     def effective(self, z_lens: float) -> Effective:
         """The tensors of the axis ray that tidal and flexion models take, with the main lens at ``z_lens``.
+
+        Parameters
+        ----------
+        z_lens : float
+            Redshift of the main lens.
+
+        Returns
+        -------
+        Effective
+            Tensors and flexions, for :class:`LensModel` and lenstronomy.
 
         Raises
         ------
@@ -293,10 +311,10 @@ class LineOfSight:
         values = self._native.effective(number("z_lens", z_lens))
 
         def tidal(place: str) -> Tidal:
-            return Tidal(*(values[f"{quantity}_{place}"] for quantity in _TIDAL))
+            return Tidal(*(values[f"{quantity}_{place}"] for quantity in TIDAL))
 
         places = ("od", "os", "ds", "1ds", "2ds", "los", "1los")
-        flexion = {place: Flexion(*(values[f"{name}_{place}"] for name in _FLEXION)) for place in places}
+        flexion = {place: Flexion(*(values[f"{name}_{place}"] for name in FLEXION)) for place in places}
         return Effective(
             tidal("od"), tidal("os"), tidal("ds"), tidal("los"), tidal("los_linear"), flexion, dict(values)
         )
@@ -308,7 +326,7 @@ class LineOfSight:
         *,
         z_from: float | None = None,
         z_to: float | None = None,
-        lens: tuple[float, str, Mapping[str, float]] | None = None,
+        lens: Lens | None = None,
         progress: Progress = None,
     ) -> xarray.Dataset:
         """Maps of the distortion on a square grid about the axis.
@@ -330,6 +348,8 @@ class LineOfSight:
 
         Raises
         ------
+        InputError
+            Arguments outside their domain.
         ImportError
             Without xarray (``pip install xarray``).
         """
@@ -338,9 +358,7 @@ class LineOfSight:
         points = whole("points", points, 2, 4096)
         return dataset(self._native.maps(points, half_width_arcsec, way, callback(progress)))
 
-    def to_decoupled_multiplane(
-        self, lens: tuple[float, str, Mapping[str, float]], half_width_arcsec: float = 2.5, n: int = 201
-    ) -> DecoupledMultiPlane:
+    def to_decoupled_multiplane(self, lens: Lens, half_width_arcsec: float = 2.5, n: int = 201) -> DecoupledMultiPlane:
         """Tables for lenstronomy's decoupled multi-plane (``decouple_multi_plane=True``), around a fiducial main lens.
 
         Behind the fiducial lens lenstronomy's β is that of all haloes but for the interpolation; behind another one the
@@ -372,7 +390,7 @@ class LineOfSight:
         half_width_arcsec: float,
         n: int = 201,
         *,
-        lens: tuple[float, str, Mapping[str, float]] | None = None,
+        lens: Lens | None = None,
         progress: Progress = None,
     ) -> Interpol:
         """The deflection as a grid for lenstronomy's ``INTERPOL``.
@@ -390,6 +408,11 @@ class LineOfSight:
         -------
         Interpol
             Keyword arguments, and the largest error of β that their interpolation makes.
+
+        Raises
+        ------
+        InputError
+            Arguments outside their domain.
 
         Notes
         -----
@@ -450,26 +473,12 @@ class _Way:
         self,
         z_from: float | None,
         z_to: float | None,
-        lens: tuple[float, str, Mapping[str, float]] | None,
+        lens: Lens | None,
         accuracy_arcsec: float | str,
     ) -> None:
         self.z_from, self.z_to = optional("z_from", z_from), optional("z_to", z_to)
         self.accuracy_arcsec = accuracy_arcsec
-        self.lens: tuple[float, str, dict[str, float]] | None = None
-        if lens is not None:
-            try:
-                z_lens, name, arguments = lens
-                named = dict(arguments)
-            except (TypeError, ValueError) as error:
-                raise refuse("lens", lens, "(redshift, name of a profile, its arguments)") from error
-            numbers = {str(own): number(str(own), value, _unit_of(str(own))) for own, value in named.items()}
-            self.lens = (number("redshift of the lens", z_lens), str(name), numbers)
-
-
-def _unit_of(name: str) -> str | None:
-    """The unit of an argument of a profile that may come as a quantity."""
-    angles = ("theta_E", "center_x", "center_y", "Rs", "alpha_Rs", "r_trunc", "R_sersic")
-    return "arcsec" if name in angles else None
+        self.lens = None if lens is None else lens_of(lens)
 
 
 def _accuracy(accuracy: Any) -> float | str:
@@ -494,17 +503,14 @@ def _restored(haloes: Haloes, sheets: str, reference: str, accuracy_arcsec: floa
 
 def dataset(maps: dict[str, Any]) -> xarray.Dataset:
     """Maps by name, each (unit, values), as an xarray data set."""
-    try:
-        import xarray
-    except ImportError as error:
-        raise ImportError("maps are xarray data sets: pip install xarray") from error
     maps = dict(maps)
     axis = maps.pop("theta_arcsec")
     dims = ("theta_y", "theta_x")
     variables = {name: (dims, values, {"units": unit} if unit else {}) for name, (unit, values) in maps.items()}
     coordinate = {"units": "arcsec"}
     coords = {"theta_y": ("theta_y", axis, coordinate), "theta_x": ("theta_x", axis, coordinate)}
-    return xarray.Dataset(variables, coords)
+    found: xarray.Dataset = package("xarray", "maps are xarray data sets").Dataset(variables, coords)
+    return found
 
 
-__all__ = ["Effective", "Flexion", "InputError", "Interpol", "LineOfSight", "Rays", "Tidal", "dataset"]
+__all__ = ["Interpol", "LineOfSight", "Rays"]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import operator
-from typing import Any
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +13,61 @@ from numpy.typing import NDArray
 from ._errors import InputError
 
 Array = NDArray[np.float64]
+_Kind = TypeVar("_Kind")
 
 
 def refuse(name: str, value: object, allowed: str) -> InputError:
     """The error of an argument that is something else than allowed."""
     text = repr(value)
     return InputError(f"{name} is {text if len(text) < 80 else text[:77] + '...'}, but must be {allowed}")
+
+
+def expect(name: str, value: object, kind: type[_Kind], allowed: str) -> _Kind:
+    """``value``, if it is of that kind."""
+    if not isinstance(value, kind):
+        raise refuse(name, value, allowed)
+    return value
+
+
+def path_of(name: str, value: object) -> str:
+    """``value`` as the path of a file or folder."""
+    path: object = os.fspath(cast("os.PathLike[str]", value)) if isinstance(value, os.PathLike) else value
+    return expect(name, path, str, "a path")
+
+
+def one_of(name: str, value: object, allowed: Sequence[str]) -> str:
+    """``value``, if it is one of the names allowed."""
+    if not isinstance(value, str) or value not in allowed:
+        raise refuse(name, value, f"one of {', '.join(allowed)}")
+    return value
+
+
+def mapping(name: str, value: object, allowed: str) -> Mapping[str, Any]:
+    """``value``, if it is a dictionary or another mapping."""
+    if not isinstance(value, Mapping):
+        raise refuse(name, value, allowed)
+    return cast("Mapping[str, Any]", value)
+
+
+def items(name: str, value: Any, allowed: str) -> list[Any]:
+    """What a list, or anything else that has an order and is no text, holds."""
+    has_no_order = _has_no_order(value)
+    try:
+        found: list[Any] = [] if has_no_order else list(value)
+    except TypeError as error:
+        raise refuse(name, value, allowed) from error
+    if has_no_order:
+        raise refuse(name, value, allowed)
+    return found
+
+
+def _has_no_order(value: object) -> bool:
+    return isinstance(value, (str, bytes, Mapping))
+
+
+def names_in(name: str, value: Any) -> list[str]:
+    """The names of a list."""
+    return [expect(name, own, str, "a list of names") for own in items(name, value, "a list of names")]
 
 
 def _plain(name: str, value: Any, unit: str | None) -> Any:
@@ -32,16 +83,20 @@ def _plain(name: str, value: Any, unit: str | None) -> Any:
 def array(name: str, value: Any, unit: str | None = None) -> Array:
     """``value`` as a contiguous float64 array in native byte order, of any shape; not copied where it is one already."""
     value = _plain(name, value, unit)
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+    if _is_masked(value):
         raise InputError(f"{name} has masked values, but must have none")
     try:
-        found = np.asarray(value)
+        found: NDArray[Any] = np.asarray(value)
     except (TypeError, ValueError) as error:
         raise refuse(name, value, "an array of numbers") from error
     if found.dtype.kind not in "fiu":
         raise InputError(f"{name} is an array of {found.dtype}, but must be of real numbers")
     # numpy makes a 0-d array one of one number here.
     return np.ascontiguousarray(found, dtype=np.float64).reshape(found.shape)
+
+
+def _is_masked(value: object) -> bool:
+    return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(cast("NDArray[Any]", value)))
 
 
 def column(name: str, value: Any, unit: str | None = None) -> Array:
@@ -58,6 +113,11 @@ def image(name: str, value: Any, unit: str | None = None) -> Array:
     if found.ndim != 2 or found.shape[0] != found.shape[1] or found.size == 0:
         raise InputError(f"{name} is of shape {found.shape}, but must be square, (n, n)")
     return found
+
+
+def centred(n: int) -> Array:
+    """Places of n pixels or nodes about their middle, in units of their distance."""
+    return np.arange(n, dtype=np.float64) - 0.5 * (n - 1)
 
 
 def number(name: str, value: Any, unit: str | None = None) -> float:
@@ -96,7 +156,8 @@ class Points:
         first, second = array(names[0], x, "arcsec"), array(names[1], y, "arcsec")
         if first.shape != second.shape:
             try:
-                first, second = np.broadcast_arrays(first, second)
+                shape = np.broadcast_shapes(first.shape, second.shape)
+                first, second = np.broadcast_to(first, shape), np.broadcast_to(second, shape)
             except ValueError as error:
                 raise InputError(
                     f"{names[1]} is of shape {second.shape}, but must have that of {names[0]}, {first.shape}"

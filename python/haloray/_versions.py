@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import platform
 import sys
 
-from ._haloray import __version__, git_revision, number_of_threads
+from ._haloray import __version__, git_revision
+from ._threads import number_of_threads
 
 _PACKAGES = ("numpy", "scipy", "astropy", "lenstronomy", "pyhalo", "xarray", "arviz", "matplotlib", "tqdm")
 
 
 def show_versions() -> str:
-    """Versions of haloray, Python and the packages that work with it, and the number of threads, as text to send with a report."""
+    """Tell what runs here, as text to send with a report.
+
+    Returns
+    -------
+    str
+        Versions of haloray, Python and the packages that work with it, and the number of threads.
+    """
+    # Both take longer to import than all else.
+    import importlib.metadata
+    import platform
+
     lines = [
         f"haloray      {__version__} ({git_revision})",
         f"python       {sys.version.split()[0]} on {platform.platform()}",

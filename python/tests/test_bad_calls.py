@@ -135,26 +135,58 @@ def test_a_thousand_bad_calls(haloes, sight):
     assert refused > 800, refused
 
 
-@pytest.mark.parametrize(
-    "view", ["read-only", "strided", "reversed", "big-endian", "float32", "integer", "list", "2-d"]
-)
-def test_unusual_arrays_give_the_right_result(sight, view):
+VIEWS = {
+    "read-only": lambda a: _read_only(a),
+    "strided": lambda a: np.repeat(a, 2)[::2],
+    "reversed": lambda a: a[::-1].copy()[::-1],
+    "big-endian": lambda a: a.astype(">f8"),
+    "float32": lambda a: a.astype(np.float32),
+    "list": list,
+    "2-d, by columns": lambda a: a.reshape(2, 2).T.copy().T,
+}
+HALOES = {
+    "theta_x_arcsec": [1.0, 2.0, 3.0, 4.0],
+    "m200c_msun": [1e9] * 4,
+    "c200c": [9.0] * 4,
+    "z": [0.2, 0.4, 0.6, 0.8],
+}
+#: What takes arrays, as functions of a line of sight and two arrays; no column or image may have another shape.
+TAKERS = {
+    "rays": lambda sight, x, y: sight.ray_shooting(x, y),
+    "Jacobians": lambda sight, x, y: np.moveaxis(np.reshape(sight.jacobian(x, y), (4, 2, 2)), 0, 2),
+    "delays": lambda sight, x, y: sight.arrival_time(x, y),
+    "a lens": lambda sight, x, y: hr.LensModel(["EPL"]).hessian(x, y, [KWARGS]),
+    "a potential": lambda sight, x, y: hr.LensModel(["EPL"]).potential(x, y, [KWARGS]),
+    "Fermat potentials": lambda sight, x, y: hr.LensModel(["EPL"]).fermat_potential(x, y, [KWARGS], y, x),
+    "columns": lambda sight, x, y: hr.Haloes.from_columns({**HALOES, "theta_y_arcsec": y}, 1.5).theta_y_arcsec,
+    "an image": lambda sight, x, y: hr.Observation(
+        np.broadcast_to(x, (4, 4)) if isinstance(x, list) else np.stack([x] * 4)[:, ::-1][:, ::-1],
+        pixel_scale_arcsec=0.1,
+        background_rms_e_s=0.1,
+        exposure_s=100.0,
+    ).data_e_s[0],
+}
+
+
+@pytest.mark.parametrize("taker", TAKERS)
+@pytest.mark.parametrize("view", VIEWS)
+def test_unusual_arrays_give_the_right_result(sight, view, taker):
+    if view.startswith("2-d") and taker in ("columns", "an image"):
+        pytest.skip("columns and images have one shape")
+    # Numbers that float32 holds exactly.
     x, y = np.array([1.0, -0.5, 2.0, 0.25]), np.array([0.5, 0.75, -1.0, 2.0])
-    expected = sight.ray_shooting(x, y)
-    make = {
-        "read-only": lambda a: _read_only(a),
-        "strided": lambda a: np.repeat(a, 2)[::2],
-        "reversed": lambda a: a[::-1].copy()[::-1],
-        "big-endian": lambda a: a.astype(">f8"),
-        "float32": lambda a: a.astype(np.float32),
-        "integer": lambda a: a,
-        "list": list,
-        "2-d": lambda a: a.reshape(2, 2).T.copy().T,
-    }[view]
-    found = sight.ray_shooting(make(x), make(y))
-    assert np.array_equal(np.reshape(found, (2, -1)), expected)
-    if view == "integer":
-        assert sight.ray_shooting(np.array([1, 2]), np.array([0, -1]))[0].shape == (2,)
+    expected = TAKERS[taker](sight, x, y)
+    given = VIEWS[view](x), VIEWS[view](y)
+    before = [np.array(own) for own in given]
+    found = TAKERS[taker](sight, *given)
+    assert np.array_equal(np.reshape(found, np.shape(expected)), expected)
+    assert all(np.array_equal(own, old) for own, old in zip(given, before)), "what is given stays as it is"
+
+
+def test_whole_numbers_are_numbers(sight):
+    assert np.array_equal(
+        sight.ray_shooting(np.array([1, 2]), np.array([0, -1])), sight.ray_shooting([1.0, 2.0], [0.0, -1.0])
+    )
 
 
 def test_no_rays_are_no_rays(sight):

@@ -220,6 +220,13 @@ def test_nothing_prints(capfd):
     assert capfd.readouterr() == ("", "")
 
 
+def test_nothing_heavy_is_imported():
+    heavy = ["arviz", "astropy", "h5py", "importlib.metadata", "matplotlib", "pandas", "scipy", "tqdm", "xarray"]
+    code = f"import sys; import numpy; before = set(sys.modules); import haloray; print(set({heavy}) & (set(sys.modules) - before))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()", done.stdout
+
+
 def test_versions_are_told():
     assert hr.__version__ in hr.show_versions() and "numpy" in hr.show_versions()
 

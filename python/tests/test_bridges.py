@@ -170,3 +170,88 @@ def test_saved_results_as_data_sets(tmp_path):
         hr.open_ensemble(tmp_path / "none.h5")
     with pytest.raises(hr.InputError, match="no posterior"):
         hr.open_posterior(tmp_path / "run" / "run.h5")
+
+
+LENSES = {"z_lens": [0.52, 0.3, 1.46], "z_source": [1.5, 2.04, 1.54]}
+
+
+@pytest.fixture(scope="module")
+def sightlines():
+    few = {"haloes": {"min_point_shear": 3e-4}}
+    return [hr.ensemble(few, 4, seed=3, lenses=LENSES), hr.ensemble(few, 5, seed=4)]
+
+
+def test_slsim_draws_what_is_written(sightlines, tmp_path):
+    pytest.importorskip("slsim")
+    from slsim.LOS.los_pop import LOSPop
+    from slsim.Util.ParamDistributions.kext_gext_distributions import LineOfSightDistribution as Reader
+
+    hr.to_slsim(tmp_path / "los.h5", sightlines)
+    hr.to_slsim(tmp_path / "os.h5", sightlines, corrected=False, place="ring")
+    paths = {"nonlinear_correction_path": str(tmp_path / "los.h5"), "no_correction_path": str(tmp_path / "os.h5")}
+    # slsim reads its tables once.
+    Reader.correction_data = Reader.no_nonlinear_correction_data = None
+    of_lens, alone = sightlines
+    np.random.seed(1)
+    for nonlinear, end in ((True, "los"), (False, "os_beam")):
+        population = LOSPop(nonlinear_los_bool=nonlinear, **paths)
+        for lens in range(3):
+            rows = of_lens["lens"] == lens
+            drawn = [population.draw_los(LENSES["z_source"][lens], LENSES["z_lens"][lens]) for _ in range(300)]
+            kappa, gamma = of_lens[f"kappa_{end}"][rows], np.hypot(*(of_lens[f"gamma{i}_{end}"][rows] for i in (1, 2)))
+            # The other ensemble and, without correction, the last lens have the source of the first.
+            if lens == 0 or (not nonlinear and lens == 2):
+                others = [alone[f"{name}_{end}"] for name in ("kappa", "gamma1", "gamma2")]
+                kappa, gamma = np.append(kappa, others[0]), np.append(gamma, np.hypot(*others[1:]))
+            if not nonlinear and lens != 1:
+                rows = of_lens["lens"] == 2 - lens
+                kappa = np.append(kappa, of_lens[f"kappa_{end}"][rows])
+                gamma = np.append(gamma, np.hypot(*(of_lens[f"gamma{i}_{end}"][rows] for i in (1, 2))))
+            assert {float(own.convergence) for own in drawn} == set(kappa.tolist())
+            found = np.unique(np.round([np.hypot(*own.shear) for own in drawn], 12))
+            np.testing.assert_allclose(found, np.unique(np.round(gamma, 12)), rtol=0, atol=2e-12)
+
+
+def test_tables_of_slsim_there_and_back(sightlines, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    hr.to_slsim(tmp_path / "los.h5", sightlines, place="ring")
+    found = hr.from_slsim(tmp_path / "los.h5")
+    # A lens and a source of the same tenth are a tenth apart, as slsim looks for them.
+    assert list(found) == [(1.5, 0.5), (1.5, 1.4), (2.0, 0.3)]
+    assert [len(own) for own in found.values()] == [4 + 5, 4, 4]
+    own = sightlines[0]
+    rows = own["lens"] == 1
+    assert np.array_equal(found[2.0, 0.3][:, 0], own["kappa_los_ring"][rows])
+    assert np.array_equal(found[2.0, 0.3][:, 1], np.hypot(own["gamma1_los_ring"][rows], own["gamma2_los_ring"][rows]))
+    hr.to_slsim(tmp_path / "os.h5", sightlines[1], corrected=False)
+    ((redshifts, table),) = hr.from_slsim(tmp_path / "os.h5").items()
+    assert redshifts == (1.5, None) and np.array_equal(table[:, 0], sightlines[1]["kappa_os"])
+    # Tables of slsim's own may have more columns.
+    with h5py.File(tmp_path / "more.h5", "w") as file:
+        file["zs_0.4_zd_0.1"] = np.arange(6.0).reshape(2, 3)
+    assert hr.from_slsim(tmp_path / "more.h5")[0.4, 0.1].tolist() == [[0.0, 1.0], [3.0, 4.0]]
+
+
+def test_what_is_no_table_of_slsim_is_refused(sightlines, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with pytest.raises(hr.InputError, match="place is 'disc'"):
+        hr.to_slsim(tmp_path / "a.h5", sightlines, place="disc")
+    with pytest.raises(hr.InputError, match="ensembles are none"):
+        hr.to_slsim(tmp_path / "a.h5", [])
+    with pytest.raises(hr.InputError, match="a haloray.Ensemble"):
+        hr.to_slsim(tmp_path / "a.h5", ["paper"])
+    far = hr.ensemble({"haloes": {"min_point_shear": 1e-2}}, 1, lenses={"z_lens": [0.5], "z_source": [6.0]})
+    with pytest.raises(hr.InputError, match="z_source of the ensemble is 6.0, but must be from 0.05 to 4.95"):
+        hr.to_slsim(tmp_path / "a.h5", far)
+    with pytest.raises(hr.FileError, match="cannot write"):
+        hr.to_slsim(tmp_path / "none" / "a.h5", sightlines)
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(FileNotFoundError):
+        hr.from_slsim(tmp_path / "a.h5")
+    (tmp_path / "b.h5").write_text("text")
+    with pytest.raises(hr.InputError, match="no table of slsim"):
+        hr.from_slsim(tmp_path / "b.h5")
+    with h5py.File(tmp_path / "c.h5", "w") as file:
+        file["haloes"] = np.zeros(3)
+    with pytest.raises(hr.InputError, match="it holds haloes"):
+        hr.from_slsim(tmp_path / "c.h5")

@@ -88,7 +88,7 @@ def test_mocks_and_exposures():
 
 
 def test_a_density_is_that_of_its_draws():
-    from haloray.figures._density import curve, field, interval
+    from haloray._drawing.density import curve, field, interval
 
     draws = np.random.default_rng(1).normal(2.0, 0.5, 20_000)
     x, density = curve(draws)
@@ -112,6 +112,8 @@ def test_a_posterior():
     assert [own.get_text() for own in both.axes[0].get_legend().get_texts()] == ["a", "b"]
     traces = hr.figures.trace(posterior)
     assert len(traces.axes) == 4 and len(traces.axes[0].lines) == 4
+    fit = hr.Fit({}, posterior.posterior, {}, {}, *[np.zeros((1, 1))] * 2, "", np.zeros((1, 1)), 0.1, {})
+    assert len(fit.plot_corner(truths={"gamma1_los": 0.1}).axes) == 4
     with pytest.raises(hr.InputError, match="none is no quantity"):
         hr.figures.corner(posterior, ["none"])
 

@@ -1,5 +1,6 @@
 """A small fit: the truth is found, the same seed gives the same draws, and results pickle."""
 
+import importlib.util
 import pickle
 import sys
 
@@ -52,6 +53,11 @@ def test_a_fit(tmp_path):
     assert np.array_equal(again.model_e_s, fit.model_e_s) and again.parameters == fit.parameters
     posterior = hr.read(tmp_path / "fit" / "posterior.nc")
     assert np.array_equal(posterior.posterior["lens.theta_E"], fit.posterior["lens.theta_E"])
+    if importlib.util.find_spec("arviz") and importlib.util.find_spec("h5netcdf"):
+        import arviz
+
+        theirs = arviz.from_netcdf(tmp_path / "fit" / "posterior.nc")
+        assert np.array_equal(theirs["posterior"]["lens.theta_E"].values, fit.posterior["lens.theta_E"])
     repeated = hr.fit(observation(), MODEL, seed=3)
     assert np.array_equal(repeated.posterior["lens.theta_E"], fit.posterior["lens.theta_E"])
 
@@ -99,14 +105,18 @@ def test_models_are_told():
         hr.fit(observation(), "haloes")
 
 
-def test_draws_go_to_arviz():
-    arviz = pytest.importorskip("arviz", "0.20")
-    if not arviz.__version__.startswith("0."):
-        pytest.skip("ArviZ 1.x is another test")
+def test_arviz_reads_summarises_and_plots():
+    arviz, matplotlib = pytest.importorskip("arviz", "0.20"), pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
     draws = np.random.default_rng(1).normal(size=(4, 500))
     found = hr.Posterior({"lens.theta_E": draws}, {"lens.theta_E": "arcsec"}).to_arviz()
-    assert np.array_equal(found.posterior["lens.theta_E"].values, draws)
-    assert float(arviz.summary(found)["r_hat"].iloc[0]) < 1.02
+    assert np.array_equal(found["posterior"]["lens.theta_E"].values, draws)
+    is_old = arviz.__version__.startswith("0.")
+    assert type(found).__name__ == ("InferenceData" if is_old else "DataTree")
+    summary = arviz.summary(found) if is_old else arviz.summary(found, round_to="none")
+    assert float(summary["r_hat"].iloc[0]) < 1.02 and float(summary["ess_bulk"].iloc[0]) > 400.0
+    (arviz.plot_trace if is_old else arviz.plot_trace_dist)(found)
+    matplotlib.pyplot.close("all")
 
 
 def test_draws_go_to_what_arviz_1_reads(monkeypatch):

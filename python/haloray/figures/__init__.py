@@ -20,6 +20,7 @@ of studies                  :func:`calibration`, :func:`cut`, :func:`deviations`
 ==========================  =========================================================================================
 """
 
+from .._drawing.style import STYLE
 from ._ensemble import distributions, joint, settling
 from ._fit import corner, reconstruction, source_plane, trace
 from ._images import exposure, images, mosaic
@@ -27,7 +28,6 @@ from ._lens import curves, overlay
 from ._maps import flexion_maps, tidal_maps
 from ._run import cylinder, histograms, mass_function
 from ._studies import calibration, cut, deviations, recovery, recovery_histograms, recovery_quality
-from ._style import STYLE
 
 __all__ = [
     "STYLE",

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from .._drawing import corner as _corner
+from .._drawing.style import CYCLE, finite, outline, panels, quantile, single, styled, text
 from .._ensemble import Ensemble
 from .._read import open_ensemble
 from .._units import Array
-from . import _corner
-from ._style import CYCLE, finite, outline, panels, quantile, single, styled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,6 +31,18 @@ def distributions(ensemble: Any, figure: Figure | SubFigure | None = None) -> An
         An ensemble, its group ``sightlines``, or the folder of ``haloray ensemble``.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A file that is no ensemble.
+    MissingFileError
+        No such file.
     """
     own = _columns(ensemble)
     kinds: list[tuple[str, bool, list[tuple[str, Array]]]] = [
@@ -78,7 +91,27 @@ def distributions(ensemble: Any, figure: Figure | SubFigure | None = None) -> An
 
 @styled
 def joint(ensemble: Any, figure: Figure | SubFigure | None = None) -> Any:
-    """Draw the joint distribution of γ_LOS, κ_LOS along the ring, Δ_tot, F and G; see :func:`distributions`."""
+    """Draw the joint distribution of γ_LOS, κ_LOS along the ring, Δ_tot, F and G.
+
+    Parameters
+    ----------
+    ensemble
+        See :func:`distributions`.
+    figure : matplotlib Figure or SubFigure, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A file that is no ensemble.
+    MissingFileError
+        No such file.
+    """
     own = _columns(ensemble)
     with np.errstate(divide="ignore", invalid="ignore"):
         columns = {
@@ -96,9 +129,30 @@ def joint(ensemble: Any, figure: Figure | SubFigure | None = None) -> Any:
 
 @styled
 def settling(ensemble: Any, ax: Axes | None = None) -> Axes:
-    """Draw how √⟨|γ_LOS|²⟩ over the first N sightlines settles with N; see :func:`distributions`."""
+    """Draw how √⟨\\|γ_LOS\\|²⟩ over the first N sightlines settles with N.
+
+    Parameters
+    ----------
+    ensemble
+        See :func:`distributions`.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A file that is no ensemble.
+    MissingFileError
+        No such file.
+    """
     own = _columns(ensemble)
-    ax = single(ax, 0.8)
+    axes = single(ax, 0.8)
+    panel: Any = axes
     for (name, end), colour in zip(AXIS_AND_RING, CYCLE):
         power = finite(_modulus(own, "gamma", f"los{end}")) ** 2
         n = np.arange(1, len(power) + 1)
@@ -107,31 +161,31 @@ def settling(ensemble: Any, ax: Axes | None = None) -> Axes:
         shown = n >= 10
         n, rms = n[shown], np.sqrt(mean[shown])
         error = np.sqrt(variance[shown] / n) / (2.0 * rms)
-        ax.fill_between(n, rms - error, rms + error, color=colour, alpha=0.25, lw=0.0)
-        ax.plot(n, rms, color=colour, lw=1.0, label=name)
-    ax.set(xscale="log", xlabel="sightlines", ylabel=text("√⟨|γ_{LOS}|^{2}⟩"))
-    ax.legend(loc="upper right")
-    return ax
+        panel.fill_between(n, rms - error, rms + error, color=colour, alpha=0.25, lw=0.0)
+        panel.plot(n, rms, color=colour, lw=1.0, label=name)
+    panel.set(xscale="log", xlabel="sightlines", ylabel=text("√⟨|γ_{LOS}|^{2}⟩"))
+    panel.legend(loc="upper right")
+    return axes
 
 
 AXIS_AND_RING = (("axis", ""), ("ring", "_ring"))
 
 
-def _columns(ensemble: Any) -> Any:
+def _columns(ensemble: Any) -> Callable[[str], Array]:
     """A function from the name of a column to its values; none of one that is missing."""
-    if isinstance(ensemble, (str, os.PathLike)):
-        ensemble = open_ensemble(ensemble)
-    own = (
-        ensemble.columns
-        if isinstance(ensemble, Ensemble)
-        else {str(name): ensemble[name].values for name in ensemble.data_vars}
-    )
+    own: dict[str, Any]
+    if isinstance(ensemble, Ensemble):
+        own = dict(ensemble.columns)
+    else:
+        is_path = isinstance(ensemble, (str, os.PathLike))
+        opened = open_ensemble(cast("str | os.PathLike[str]", ensemble)) if is_path else ensemble
+        own = {str(name): opened[name].values for name in opened.data_vars}
     count = len(next(iter(own.values()), ()))
     return lambda name: np.asarray(own.get(name, np.full(count, np.nan)), dtype=np.float64)
 
 
-def _modulus(own: Any, quantity: str, rest: str) -> Array:
-    return np.hypot(own(f"{quantity}1_{rest}"), own(f"{quantity}2_{rest}"))  # type: ignore[no-any-return]
+def _modulus(own: Callable[[str], Array], quantity: str, rest: str) -> Array:
+    return np.hypot(own(f"{quantity}1_{rest}"), own(f"{quantity}2_{rest}"))
 
 
 def _edges(sets: list[tuple[str, Array]], is_log: bool) -> Array:

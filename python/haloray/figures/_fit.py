@@ -8,14 +8,29 @@ from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
+from .._drawing import corner as _corner
+from .._drawing.labels import symbol_of
+from .._drawing.style import (
+    BLACK,
+    CYCLE,
+    FLUX,
+    GREY,
+    RED,
+    bar,
+    caption,
+    image_norm,
+    panels,
+    raster,
+    single,
+    styled,
+    text,
+)
 from .._errors import InputError
 from .._fit import Fit
 from .._haloray import read_groups
 from .._read import Posterior, folder_file, read
-from .._units import Array
-from . import _corner
+from .._units import Array, names_in
 from ._saved import half_of, json_of
-from ._style import BLACK, CYCLE, FLUX, GREY, RED, bar, caption, image_norm, panels, raster, single, styled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +51,18 @@ def reconstruction(fit: FitLike, figure: Figure | SubFigure | None = None) -> An
         A fit, or the folder of one.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A quantity that the fit does not have; what is no fit.
+    MissingFileError
+        No such file.
     """
     from matplotlib.colors import Normalize
 
@@ -57,7 +84,7 @@ def reconstruction(fit: FitLike, figure: Figure | SubFigure | None = None) -> An
         (residual, f"χ^{{2}}/dof = {chi2:.3f}", sigma, "RdBu_r"),
     ]
     figure, axes = panels(figure, 1, 3, 1.0, extra_mm=9.0)
-    shown = []
+    shown: list[Any] = []
     for i, (values, name, colours, cmap) in enumerate(rows):
         shown.append(raster(axes[0, i], values, half, colours, cmap, i == 0))
         caption(axes[0, i], name, cmap)
@@ -76,6 +103,16 @@ def source_plane(fit: Fit, ax: Axes | None = None) -> Axes:
         A fit whose source is a Sérsic profile.
     ax : matplotlib Axes, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A fit without such a source.
     """
     own = fit.source
     if not own:
@@ -89,15 +126,15 @@ def source_plane(fit: Fit, ax: Axes | None = None) -> Axes:
     r = np.sqrt(q * along**2 + across**2 / q)
     values = own["amplitude"] * np.exp(-(1.9992 * n - 0.3271) * ((r / radius) ** (1.0 / n) - 1.0))
     faintest = _background(fit.data_e_s - fit.model_e_s, fit.normalised_residuals) / fit.pixel_scale_arcsec**2
-    ax = single(ax, 1.0)
+    axes = single(ax, 1.0)
+    panel: Any = axes
     extent = (x0 - half, x0 + half, y0 - half, y0 + half)
-    shown = raster(ax, values, extent, image_norm([values], faintest), "inferno")
-    ax.set(xlabel=text("β_{x} [arcsec]"), ylabel=text("β_{y} [arcsec]"))
-    bar(ax.figure, shown, ax, "source [e^{−} s^{−1} arcsec^{−2}]")
-    return ax
+    shown = raster(panel, values, extent, image_norm([values], faintest), "inferno")
+    panel.set(xlabel=text("β_{x} [arcsec]"), ylabel=text("β_{y} [arcsec]"))
+    bar(panel.figure, shown, panel, "source [e^{−} s^{−1} arcsec^{−2}]")
+    return axes
 
 
-@styled
 def corner(
     fits: FitLike | Mapping[str, FitLike],
     names: Sequence[str] | None = None,
@@ -117,16 +154,21 @@ def corner(
         Where to draw.
     truths : mapping of str to float, optional
         Values that are known.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A quantity that the fit does not have; what is no fit.
+    MissingFileError
+        No such file.
     """
-    all_fits = fits if isinstance(fits, Mapping) else {"": fits}
-    sets = [(name, _draws(fit)) for name, fit in all_fits.items()]
-    known = list(dict.fromkeys(name for _, draws in sets for name in draws))
-    chosen = _most_physical(known) if names is None else list(names)
-    unknown = [name for name in chosen if name not in known]
-    if unknown:
-        raise InputError(f"{unknown[0]} is no quantity of the fit, which has {', '.join(known)}")
-    columns = [(name, [draws.get(own) for own in chosen]) for name, draws in sets]
-    return _corner.draw([label(name) for name in chosen], columns, _corner.truths_in(chosen, truths), figure)
+    all_fits: Mapping[str, FitLike] = fits if isinstance(fits, Mapping) else {"": fits}
+    return _corner.corner({name: _draws(fit) for name, fit in all_fits.items()}, names, figure, truths=truths)
 
 
 @styled
@@ -143,9 +185,24 @@ def trace(
     ----------
     fit, names, figure, truths
         See :func:`corner`; all quantities unless named.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A quantity that the fit does not have; what is no fit.
+    MissingFileError
+        No such file.
     """
     draws = _draws(fit)
-    chosen = list(draws) if names is None else list(names)
+    chosen = list(draws) if names is None else names_in("names", names)
+    unknown = [name for name in chosen if name not in draws]
+    if unknown:
+        raise InputError(f"{unknown[0]} is no quantity of the fit, which has {', '.join(draws)}")
     figure, axes = panels(figure, len(chosen), 2, 0.26, sharex="col")
     colours = (*CYCLE, RED, GREY, "#56b4e9")
     for (left, right), name in zip(axes, chosen):
@@ -162,40 +219,11 @@ def trace(
         if truths is not None and name in truths:
             left.axhline(truths[name], ls="--", lw=0.8, color=BLACK)
         right.axhline(1.0, ls="--", lw=0.6, color=GREY)
-        left.set(ylabel=text(label(name)), xlim=(0, chains.shape[1]))
+        left.set(ylabel=text(symbol_of(name)), xlim=(0, chains.shape[1]))
         right.set(ylabel="share", xlim=(0.0, 1.0), ylim=(0.0, max(2.0, float(shares.max()))))
     axes[-1, 0].set_xlabel("draw")
     axes[-1, 1].set_xlabel("rank of draw")
     return figure
-
-
-def label(name: str) -> str:
-    """A quantity as it stands on an axis, in markup."""
-    component, _, own = name.rpartition(".")
-    symbols = {
-        "theta_E": "θ_{E}",
-        "gamma": "γ",
-        "e1": "e_{1}",
-        "e2": "e_{2}",
-        "center_x": "x",
-        "center_y": "y",
-        "R_sersic": "R",
-        "n_sersic": "n",
-        "Rs": "R_{s}",
-        "alpha_Rs": "α_{Rs}",
-        "gamma1": "γ_{1}",
-        "gamma2": "γ_{2}",
-    }
-    if not component:
-        for prefix, symbol in (("gamma", "γ"), ("kappa", "κ"), ("omega", "ω"), ("F", "F"), ("G", "G")):
-            head, _, place = own.partition("_")
-            if head.rstrip("12") == prefix and place:
-                digits = head[len(prefix) :]
-                place = place.replace("_per_arcsec", "")
-                return (
-                    symbol + (f"_{{{digits}}}" if digits else "") + f"^{{{place.upper() if place == 'los' else place}}}"
-                )
-    return (f"{component.replace('_', ' ')} " if component else "") + symbols.get(own, own.replace("_", " "))
 
 
 def _draws(fit: FitLike) -> dict[str, Array]:
@@ -213,16 +241,6 @@ def _background(difference: Array, residual: Array) -> float:
         sigma = np.abs(difference / residual)
     sigma = sigma[np.isfinite(sigma) & (sigma > 0.0)]
     return float(sigma.min()) if len(sigma) else 0.0
-
-
-def _most_physical(names: list[str]) -> list[str]:
-    """Of many quantities eight: shears first, then the lens, then its source."""
-    first = ["_los", "gamma", "theta_E", ".gamma", "lens", ".e", "R_sersic", "source"]
-
-    def rank(i: int) -> tuple[int, int]:
-        return next((place for place, word in enumerate(first) if word in names[i]), len(first)), i
-
-    return [names[i] for i in sorted(sorted(range(len(names)), key=rank)[:8])]
 
 
 def _rank_shares(chains: Array, bins: int = 20) -> Array:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._mock import Mock
+from .._drawing.style import BLACK, FLUX, WHITE, bar, caption, image_norm, panels, quantile, raster, styled, symmetric
+from .._mock import Mock, MockImage
 from .._run import Image
 from ._lens import curves_of_group, lay_over
 from ._saved import RunLike, group_of, half_of, run_of
-from ._style import BLACK, FLUX, WHITE, bar, caption, image_norm, panels, quantile, raster, styled, symmetric
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -27,6 +27,18 @@ def images(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
         A run's folder or file, or :func:`haloray.read` of it.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     own = run_of(run)
     both = [group_of(own, f"images/{name}") for name in ("all_haloes", "tidal_haloes")]
@@ -57,7 +69,9 @@ def images(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
 
 
 @styled
-def exposure(image: Image, figure: Figure | SubFigure | None = None, *, background_rms_e_s: float | None = None) -> Any:
+def exposure(
+    image: Image | MockImage, figure: Figure | SubFigure | None = None, *, background_rms_e_s: float | None = None
+) -> Any:
     """Draw one exposure before and with noise.
 
     Parameters
@@ -68,12 +82,23 @@ def exposure(image: Image, figure: Figure | SubFigure | None = None, *, backgrou
         Where to draw.
     background_rms_e_s : float, optional
         Where the stretch turns from linear to logarithmic; the image's own unless given.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    AttributeError
+        What is no image.
     """
     scale = image.pixel_scale_arcsec
     background = _background(image) if background_rms_e_s is None else background_rms_e_s
     norm, half = image_norm([image.noise_free_e_s], background), half_of(image.noisy_e_s.shape[0], scale)
     figure, axes = panels(figure, 1, 2, 1.0, extra_mm=9.0)
     grids = [(image.noise_free_e_s, "noise-free"), (image.noisy_e_s, "with noise")]
+    shown: Any = None
     for i, (values, name) in enumerate(grids):
         shown = raster(axes[0, i], values, half, norm, "inferno", i == 0)
         caption(axes[0, i], name, "inferno")
@@ -93,6 +118,16 @@ def mosaic(mock: Mock, figure: Figure | SubFigure | None = None, *, columns: int
         Where to draw.
     columns : int, optional
         Images in a row; as many as rows unless given.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    ValueError
+        Mocks without images.
     """
     from matplotlib import patheffects
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .._lens_model import CriticalCurve, PointImages
+from .._drawing.style import BLACK, BLUE, ORANGE, panels, styled, text
+from .._lens_results import CriticalCurve, PointImages
 from .._read import Run
 from .._units import Array
-from ._style import BLACK, BLUE, ORANGE, panels, styled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,6 +48,16 @@ def curves(
         Where to draw.
     half_width_arcsec : float, optional
         Half the width of the left panel.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    AttributeError
+        What are no curves or images of haloray.
     """
     found = [_of(curve) for curve in curves]
     reach = max((float(np.abs(own).max()) for _, own, _ in found), default=1.0)
@@ -77,12 +87,32 @@ def curves(
 
 @styled
 def overlay(curves: Sequence[CriticalCurve], ax: Axes, colour: str = "white") -> Axes:
-    """Draw critical curves and, finer, caustics over an image or a map; tangential ones solid, radial ones dashed."""
+    """Draw critical curves and, finer, caustics over an image or a map; tangential ones solid, radial ones dashed.
+
+    Parameters
+    ----------
+    curves : sequence of CriticalCurve
+        Of :meth:`haloray.LensModel.critical_curves`.
+    ax : matplotlib Axes
+        Where to draw; its limits stay.
+    colour : str
+        Of the lines.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    AttributeError
+        What are no curves of haloray.
+    """
     lay_over(ax, [_of(curve) for curve in curves], colour)
     return ax
 
 
-def lay_over(ax: Axes, found: Sequence[Curve], colour: str) -> None:
+def lay_over(ax: Any, found: Sequence[Curve], colour: str) -> None:
     """Curves over a panel, whose limits stay."""
     limits = ax.get_xlim(), ax.get_ylim()
     for tangential, critical, caustic in found:
@@ -93,7 +123,8 @@ def lay_over(ax: Axes, found: Sequence[Curve], colour: str) -> None:
 
 
 def _of(curve: CriticalCurve) -> Curve:
-    critical, caustic = np.asarray(curve.theta_arcsec), np.asarray(curve.beta_arcsec)
+    critical: Array = np.asarray(curve.theta_arcsec)
+    caustic: Array = np.asarray(curve.beta_arcsec)
     if curve.closed:
         critical, caustic = (np.concatenate([own, own[:1]]) for own in (critical, caustic))
     return Curve(curve.kind == "tangential", critical, caustic)
@@ -108,7 +139,7 @@ def curves_of_group(run: Run, group: str) -> list[Curve]:
         return []
     about = run.attributes.get(group, {})
     source = np.array([about.get("source_x_arcsec", 0.0), about.get("source_y_arcsec", 0.0)])
-    found = []
+    found: list[Curve] = []
     for number in np.unique(own["curve"]):
         rows = np.flatnonzero(own["curve"] == number)
         if own["closed"][rows[0]]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from .._drawing.style import bar, circle, log_norm, panels, raster, styled, symmetric
 from .._read import Run
 from ._lens import curves_of_group, lay_over
 from ._saved import group_of, run_of
-from ._style import bar, circle, log_norm, panels, raster, styled, symmetric
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -30,6 +30,18 @@ def tidal_maps(
         Where to draw.
     einstein_radius_arcsec : float, optional
         Of the dashed circle; that of the run's lens unless given, none for maps alone.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     grids, centres, half, radius, found = _of(maps, einstein_radius_arcsec)
     figure, axes = panels(figure, 1, 3, 1.0, extra_mm=9.0)
@@ -50,7 +62,25 @@ def tidal_maps(
 def flexion_maps(
     maps: Any, figure: Figure | SubFigure | None = None, *, einstein_radius_arcsec: float | None = None
 ) -> Any:
-    """Draw |F| = |∂γ|, |G| = |∂*γ| and Δ, the change of the shear over the image, side by side; see :func:`tidal_maps`."""
+    """Draw \\|F\\| = \\|∂γ\\|, \\|G\\| = \\|∂*γ\\| and Δ, the change of the shear over the image, side by side.
+
+    Parameters
+    ----------
+    maps, figure, einstein_radius_arcsec
+        See :func:`tidal_maps`.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
+    """
     grids, _, half, radius, found = _of(maps, einstein_radius_arcsec)
     figure, axes = panels(figure, 1, 3, 1.0, extra_mm=9.0)
     rows = [
@@ -69,8 +99,7 @@ def flexion_maps(
 def _of(maps: Any, radius: float | None) -> tuple[dict[str, Any], dict[str, float], float, float, list[Any]]:
     """Maps by name, values on the axis, half the width out to the edges of the outermost cells, Einstein radius, curves."""
     if isinstance(maps, (Run, str, os.PathLike)):
-        file = "maps.h5" if not isinstance(maps, Run) and os.path.exists(os.path.join(maps, "maps.h5")) else "run.h5"
-        run = maps if isinstance(maps, Run) else run_of(os.path.join(maps, file) if os.path.isdir(maps) else maps)
+        run = maps if isinstance(maps, Run) else _run_of_maps(cast("str | os.PathLike[str]", maps))
         grids, about = group_of(run, "maps"), run.attributes["maps"]
         centres = {name: about.get(f"{name}_on_axis", float("nan")) for name in ("kappa", "gamma1", "gamma2")}
         node = about["half_width_arcsec"]
@@ -84,3 +113,9 @@ def _of(maps: Any, radius: float | None) -> tuple[dict[str, Any], dict[str, floa
         centres = {name: float(middle[name]) for name in ("kappa", "gamma1", "gamma2")}
     n = grids["kappa"].shape[0]
     return grids, centres, node * n / (n - 1), radius or 0.0, found
+
+
+def _run_of_maps(path: str | os.PathLike[str]) -> Run:
+    """The run in a folder, or the maps of `haloray map` there; or in that file."""
+    own = os.path.join(path, "maps.h5")
+    return run_of(own if os.path.exists(own) else path)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._drawing.style import BLACK, BLUE, GREEN, RED, WHITE, finite, outline, panels, quantile, single, styled, text
+from .._units import Array
 from ._saved import RunLike, group_of, run_of
-from ._style import BLACK, BLUE, GREEN, RED, WHITE, finite, outline, panels, quantile, single, styled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,19 +28,32 @@ def mass_function(run: RunLike, ax: Axes | None = None) -> Axes:
         A run's folder or file, or :func:`haloray.read` of it.
     ax : matplotlib Axes, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     own = run_of(run)
     group, about = group_of(own, "mass_function"), own.attributes.get("mass_function", {})
-    ax = single(ax, 0.8)
+    axes = single(ax, 0.8)
+    panel: Any = axes
     name = f"{about.get('name', '')}, z = {about.get('z', float('nan')):g}"
-    ax.plot(group["m200c_msun"], group["dn_dlnm_per_cmpc3"], color=BLUE, lw=1.1, label=name)
+    panel.plot(group["m200c_msun"], group["dn_dlnm_per_cmpc3"], color=BLUE, lw=1.1, label=name)
     if "drawn" in group:
         edges, counts = group["drawn"]["m200c_edges_msun"], group["drawn"]["counts"]
         per_count = 1.0 / (group["drawn"]["kept_volume_cmpc3"] * np.diff(np.log(edges)))
         full = counts > 0
         middle = np.sqrt(edges[1:] * edges[:-1])[full]
         n, unit = counts[full], per_count[full]
-        ax.errorbar(
+        panel.errorbar(
             middle,
             n * unit,
             np.sqrt(n) * unit,
@@ -49,9 +63,9 @@ def mass_function(run: RunLike, ax: Axes | None = None) -> Axes:
             elinewidth=0.7,
             label="haloes of this run",
         )
-    ax.set(xscale="log", yscale="log", xlabel=text("M_{200c} [M_{⊙}]"), ylabel=text("dn/dlnM [Mpc^{−3}]"))
-    ax.legend(loc="lower left")
-    return ax
+    panel.set(xscale="log", yscale="log", xlabel=text("M_{200c} [M_{⊙}]"), ylabel=text("dn/dlnM [Mpc^{−3}]"))
+    panel.legend(loc="lower left")
+    return axes
 
 
 @styled
@@ -66,6 +80,18 @@ def cylinder(run: RunLike, ax: Axes | None = None, *, stride: int = 10) -> Axes:
         Where to draw.
     stride : int
         Of the haloes in the tidal regime every so manyth is drawn.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     from matplotlib import patheffects
 
@@ -75,38 +101,40 @@ def cylinder(run: RunLike, ax: Axes | None = None, *, stride: int = 10) -> Axes:
     chi = haloes["chi_cmpc"]
     y = chi * haloes["theta_y_arcsec"] * ARCSEC_RAD
     rough = haloes["delta_h"] >= threshold
-    ax = single(ax, 0.42, 174.0)
+    axes = single(ax, 0.42, 174.0)
+    panel: Any = axes
     share = "" if stride == 1 else f" (1 in {stride} shown)"
     options: dict[str, Any] = {"ls": "", "marker": "o", "mew": 0.0}
     smooth = np.flatnonzero(~rough)[::stride]
-    ax.plot(chi[smooth], y[smooth], ms=1.1, color=BLUE, label=text(f"Δ_{{h}} < {threshold:g}{share}"), **options)
-    ax.plot(chi[rough], y[rough], ms=1.5, color=RED, label=text(f"Δ_{{h}} ≥ {threshold:g}"), **options)
+    panel.plot(chi[smooth], y[smooth], ms=1.1, color=BLUE, label=text(f"Δ_{{h}} < {threshold:g}{share}"), **options)
+    panel.plot(chi[rough], y[rough], ms=1.5, color=RED, label=text(f"Δ_{{h}} ≥ {threshold:g}"), **options)
     for place, name, side in ((about["lens_cmpc"], " lens", "left"), (about["source_cmpc"], "source ", "right")):
-        ax.axvline(place, ls="--", lw=0.9, color=BLACK)
+        panel.axvline(place, ls="--", lw=0.9, color=BLACK)
         halo = [patheffects.withStroke(linewidth=1.5, foreground=WHITE)]
-        ax.text(place, 0.06, name, ha=side, va="center", transform=ax.get_xaxis_transform(), path_effects=halo)
-    ax.set_xlim(0.0, 1.03 * max(float(np.max(chi, initial=0.0)), about["source_cmpc"]))
+        panel.text(place, 0.06, name, ha=side, va="center", transform=panel.get_xaxis_transform(), path_effects=halo)
+    panel.set_xlim(0.0, 1.03 * max(float(np.max(chi, initial=0.0)), about["source_cmpc"]))
     if half := quantile(np.abs(y), 1.0):
-        ax.set_ylim(-1.4 * half, 1.4 * half)
-    ax.set(xlabel="comoving distance χ along the line of sight [Mpc]", ylabel=text("comoving y = χ θ_{y} [Mpc]"))
-    ax.tick_params(which="both", top=False)
-    z, known = distances["z"], distances["chi_cmpc"]
+        panel.set_ylim(-1.4 * half, 1.4 * half)
+    panel.set(xlabel="comoving distance χ along the line of sight [Mpc]", ylabel=text("comoving y = χ θ_{y} [Mpc]"))
+    panel.tick_params(which="both", top=False)
+    z: Array = distances["z"]
+    known: Array = distances["chi_cmpc"]
 
-    def redshift_at(own: Any) -> Any:
-        return np.interp(own, known, z)
+    def redshift_at(own: Array) -> Array:
+        return np.asarray(np.interp(own, known, z), dtype=np.float64)
 
-    def distance_at(own: Any) -> Any:
-        return np.interp(own, z, known)
+    def distance_at(own: Array) -> Array:
+        return np.asarray(np.interp(own, z, known), dtype=np.float64)
 
-    top = ax.secondary_xaxis("top", functions=(redshift_at, distance_at))
+    top = panel.secondary_xaxis("top", functions=(redshift_at, distance_at))
     top.set_xlabel("redshift")
-    ax.legend(loc="upper left", markerscale=2.0)
-    return ax
+    panel.legend(loc="upper left", markerscale=2.0)
+    return axes
 
 
 @styled
 def histograms(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
-    """Draw how strongly single haloes act: κ_h, |γ_h| and Δ_h on the axis, the last also over a disc.
+    """Draw how strongly single haloes act: κ_h, \\|γ_h\\| and Δ_h on the axis, the last also over a disc.
 
     Parameters
     ----------
@@ -114,6 +142,18 @@ def histograms(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
         A run's folder or file, or :func:`haloray.read` of it.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        What is no run, or one without what is drawn.
+    MissingFileError
+        No such file.
     """
     own = run_of(run)
     haloes, threshold = group_of(own, "haloes"), own.setting("diagnostics", "delta_threshold")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
-from typing import Any, Union
+from typing import Any, Union, cast
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def group_of(run: Run, name: str) -> dict[str, Any]:
 def columns_of(place: Any, name: str) -> dict[str, Any]:
     """Columns of a table: a mapping or data frame, or a .csv of a study's folder."""
     if isinstance(place, (str, os.PathLike)):
-        with open(folder_file(place, name), newline="", encoding="utf-8") as file:
+        with open(folder_file(cast("str | os.PathLike[str]", place), name), newline="", encoding="utf-8") as file:
             rows = list(csv.reader(line for line in file if not line.startswith("#")))
         names, values = rows[0], rows[1:]
         return {own: _numbers([row[i] for row in values]) for i, own in enumerate(names)}

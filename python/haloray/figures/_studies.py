@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from .._drawing.labels import symbol_of
+from .._drawing.style import BLACK, BLUE, CYCLE, GREY, ORANGE, RED, finite, outline, panels, single, styled, text
 from .._units import Array
 from ._saved import columns_of, json_of
-from ._style import BLACK, BLUE, CYCLE, GREY, ORANGE, RED, finite, outline, panels, single, styled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,19 +29,32 @@ def deviations(table: Any, ax: Axes | None = None) -> Axes:
         The folder of ``haloray study which-shear``, its which_shear.csv, or its columns ``deviation_…``.
     ax : matplotlib Axes, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     own = columns_of(table, "which_shear.csv")
-    ax = single(ax, 0.6, 174.0)
+    axes = single(ax, 0.6, 174.0)
+    panel: Any = axes
     names = [name for name in own if name.startswith("deviation_")]
     for i, name in enumerate(names):
         sigma = np.sort(finite(own[name]))
         sigma = sigma[sigma > 0.0]
         steps = np.arange(len(sigma) + 1) / max(len(sigma), 1)
         places, heights = np.repeat(sigma, 2), np.stack([steps[:-1], steps[1:]], axis=1).ravel()
-        ax.plot(places, heights, color=CYCLE[i % 5], label=_plain(name))
-    ax.set(xscale="log", ylim=(0.0, 1.0), xlabel="deviation from the definition [σ]", ylabel="fraction of fits")
-    ax.legend(loc="upper left")
-    return ax
+        panel.plot(places, heights, color=CYCLE[i % 5], label=_plain(name))
+    panel.set(xscale="log", ylim=(0.0, 1.0), xlabel="deviation from the definition [σ]", ylabel="fraction of fits")
+    panel.legend(loc="upper left")
+    return axes
 
 
 def _plain(name: str) -> str:
@@ -57,6 +71,18 @@ def cut(table: Any, figure: Figure | SubFigure | None = None) -> Any:
         The folder of ``haloray study cut``, its cut.csv, or its columns.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     own = columns_of(table, "cut.csv")
     cuts = own["min_point_shear"]
@@ -98,11 +124,21 @@ def calibration(study: Any, figure: Figure | SubFigure | None = None) -> Any:
         The folder of ``haloray study calibration``, its summary.json, or what that holds.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
-    """
-    from ._fit import label
 
-    summary = study if isinstance(study, Mapping) else json_of(study, "summary.json")
-    parameters: Sequence[Mapping[str, Any]] = summary["parameters"]
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
+    """
+    summary: Any = cast("Any", study) if isinstance(study, Mapping) else json_of(study, "summary.json")
+    parameters: list[dict[str, Any]] = list(summary["parameters"])
     figure, axes = panels(figure, -(-(len(parameters) + 1) // 4), 4, 0.75)
     for ax in axes.flat[len(parameters) + 1 :]:
         ax.set_axis_off()
@@ -116,7 +152,7 @@ def calibration(study: Any, figure: Figure | SubFigure | None = None) -> Any:
         p = own["p_value"]
         told = f"{p:.0e}" if p < 0.01 else f"{p:.2f}"
         ax.set_title(
-            text(f"{label(own['name'])}: p = {told}, {100.0 * own['coverage']:.0f}%"), fontsize=7, loc="left", pad=3
+            text(f"{symbol_of(own['name'])}: p = {told}, {100.0 * own['coverage']:.0f}%"), fontsize=7, loc="left", pad=3
         )
         ax.set(xlim=(0.0, 1.0), ylim=(0.0, max(1.45 * tallest, mean + 4.0 * sd)), xlabel="rank of the truth, fraction")
     for ax in axes[:, 0]:
@@ -142,6 +178,18 @@ def recovery(table: Any, figure: Figure | SubFigure | None = None) -> Any:
         The folder of ``haloray study catalogue``, its fits.csv, or its columns.
     figure : matplotlib Figure or SubFigure, optional
         Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -152,7 +200,7 @@ def recovery(table: Any, figure: Figure | SubFigure | None = None) -> Any:
     if high - low < 0.1:
         low, high = low - 0.1, high + 0.1
     colours = ScalarMappable(Normalize(low, high), "viridis")
-    figure, axes = panels(figure, len(models), 2, 0.75, extra_mm=9.0)
+    drawn, axes = panels(figure, len(models), 2, 0.75, extra_mm=9.0)
     for row, (name, own) in zip(axes, models.items()):
         for i, ax in enumerate(row, start=1):
             true, found = own[f"gamma{i}_los_in"], own[f"gamma{i}_los_out"]
@@ -170,14 +218,32 @@ def recovery(table: Any, figure: Figure | SubFigure | None = None) -> Any:
             ax.set(xlabel=text(f"γ_{{{i}}}^{{LOS, in}}"), ylabel=text(f"γ_{{{i}}}^{{LOS, out}}"))
             ax.text(0.05, 0.92, name, transform=ax.transAxes)
     if len(qualities) and len(models):
-        found_bar = figure.colorbar(colours, ax=list(axes[0]), location="top", aspect=40, fraction=0.05)
+        found_bar = drawn.colorbar(colours, ax=list(axes[0]), location="top", aspect=40, fraction=0.05)
         found_bar.set_label(text("log_{10} Q"))
-    return figure
+    return drawn
 
 
 @styled
 def recovery_histograms(table: Any, figure: Figure | SubFigure | None = None) -> Any:
-    """Draw histograms of σ and of the residuals in σ, one outline a model; see :func:`recovery`."""
+    """Draw histograms of σ and of the residuals in σ, one outline a model.
+
+    Parameters
+    ----------
+    table, figure
+        See :func:`recovery`.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
+    """
     models = _models(table)
     figure, axes = panels(figure, 1, 2, 0.75)
     most = max((float(own["residual_in_sigma"].max(initial=0.0)) for own in models.values()), default=0.0)
@@ -204,7 +270,7 @@ def recovery_quality(
     model: str | None = None,
     lines: Sequence[tuple[float, float, str]] = (),
 ) -> Any:
-    """Draw σ and the residual against image quality for one model; see :func:`recovery`.
+    """Draw σ and the residual against image quality for one model.
 
     Parameters
     ----------
@@ -214,6 +280,18 @@ def recovery_quality(
         Its name; the first unless given.
     lines : sequence of (slope, intercept, name)
         Straight lines of log σ in log Q.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    KeyError
+        A table without the columns that are drawn.
     """
     models = _models(table)
     own = next(iter(models.values())) if model is None else models[model]

@@ -3,15 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._units import Array
-from . import _density
-from ._style import BLACK, COLUMN_MM, CYCLE, PAGE_MM, finite, pyplot, quantile, text
+from .._errors import InputError
+from .._units import Array, names_in
+from . import density
+from .labels import most_physical, symbol_of
+from .style import BLACK, COLUMN_MM, CYCLE, PAGE_MM, finite, pyplot, quantile, styled, text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure, SubFigure
 
 FRACTIONS, OPACITIES = (0.68, 0.95), (0.35, 0.2)
+
+
+@styled
+def corner(
+    sets: Mapping[str, Mapping[str, Array]],
+    names: Sequence[str] | None = None,
+    figure: Figure | SubFigure | None = None,
+    *,
+    truths: Mapping[str, float] | None = None,
+) -> Any:
+    """The draws of one fit or several, by the names of fits and quantities; eight quantities unless named."""
+    known = list(dict.fromkeys(name for draws in sets.values() for name in draws))
+    chosen = most_physical(known) if names is None else names_in("names", names)
+    unknown = [name for name in chosen if name not in known]
+    if not chosen:
+        raise InputError("names are none, but must be at least one")
+    if unknown:
+        raise InputError(f"{unknown[0]} is no quantity of the fit, which has {', '.join(known)}")
+    columns = [(name, [draws.get(own) for own in chosen]) for name, draws in sets.items()]
+    values = [None if truths is None else truths.get(name) for name in chosen]
+    return draw([symbol_of(name) for name in chosen], columns, values, figure)
 
 
 def draw(
@@ -68,15 +94,15 @@ def _limits(draws: Sequence[Array | None], truth: float | None) -> tuple[float, 
 
 
 def _diagonal(ax: Any, label: str, draws: Sequence[Array | None], truth: float | None, is_left: bool) -> None:
-    told = []
+    told: list[tuple[str, str]] = []
     for number, own in enumerate(draws):
-        found = None if own is None else _density.curve(own)
+        found = None if own is None else density.curve(own)
         if own is None or found is None:
             continue
         colour = CYCLE[number % len(CYCLE)]
         ax.fill_between(*found, color=colour, alpha=0.1, lw=0.0)
         ax.plot(*found, color=colour, lw=1.0)
-        told.append((f"{label} = {_density.interval(own)}", colour if len(draws) > 1 else BLACK))
+        told.append((f"{label} = {density.interval(own)}", colour if len(draws) > 1 else BLACK))
     ax.set_ylim(0.0, 1.12)
     side, at = ("left", 0.0) if is_left else ("right", 1.0)
     for line, (words, colour) in enumerate(reversed(told)):
@@ -94,7 +120,7 @@ def _diagonal(ax: Any, label: str, draws: Sequence[Array | None], truth: float |
 
 def _pair(ax: Any, draws: Sequence[tuple[Array | None, Array | None]]) -> None:
     for number, (x, y) in enumerate(draws):
-        found = None if x is None or y is None else _density.field(x, y, FRACTIONS)
+        found = None if x is None or y is None else density.field(x, y, FRACTIONS)
         if found is None:
             continue
         nodes_x, nodes_y, values, levels = found
@@ -133,8 +159,3 @@ def _legend(ax: Any, sets: Sequence[tuple[str, Any]], truths: Sequence[float | N
         handles.append(Line2D([], [], ls="--", lw=0.6, color=BLACK, label="truth"))
     if handles:
         ax.legend(handles=handles, loc="upper right")
-
-
-def truths_in(names: Sequence[str], truths: Mapping[str, float] | None) -> list[float | None]:
-    """The truth of each name."""
-    return [None if truths is None else truths.get(name) for name in names]

@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from .._packages import package
 from .._units import Array
 
 if TYPE_CHECKING:
@@ -57,29 +58,26 @@ STYLE: dict[str, Any] = {
     "savefig.dpi": 300,
 }
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+_Arguments = ParamSpec("_Arguments")
+_Result = TypeVar("_Result")
 
 
 def pyplot() -> Any:
     """``matplotlib.pyplot``."""
-    try:
-        from matplotlib import pyplot
-    except ImportError as error:
-        raise ImportError("figures are drawn with matplotlib: pip install matplotlib") from error
-    return pyplot
+    return package("matplotlib.pyplot", "figures are drawn with matplotlib")
 
 
-def styled(function: _Function) -> _Function:
+def styled(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
     """Draws in the style of haloray."""
 
     @functools.wraps(function)
-    def drawn(*arguments: Any, **options: Any) -> Any:
+    def drawn(*arguments: _Arguments.args, **options: _Arguments.kwargs) -> _Result:
         # The backend of notebooks, which starts now if it has not, sets what the end of the style would set back.
         pyplot().draw_if_interactive()
         with pyplot().rc_context(STYLE):
             return function(*arguments, **options)
 
-    return drawn  # type: ignore[return-value]
+    return drawn
 
 
 def text(markup: str) -> str:
@@ -105,10 +103,9 @@ def panels(
 ) -> tuple[Any, Any]:
     """A figure with a grid of panels, as wide as the page; ``extra_mm`` is the room of colour bars above."""
     width = width_mm / 25.4
-    if figure is None:
-        height = 0.86 * width / columns * aspect * rows + 0.25 * rows + extra_mm / 25.4
-        figure = new_figure(width, height, 0.025, 0.02)
-    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+    height = 0.86 * width / columns * aspect * rows + 0.25 * rows + extra_mm / 25.4
+    found: Any = new_figure(width, height, 0.025, 0.02) if figure is None else figure
+    return found, found.subplots(rows, columns, squeeze=False, **options)
 
 
 def new_figure(width: float, height: float, pad: float, space: float) -> Any:
@@ -120,11 +117,13 @@ def new_figure(width: float, height: float, pad: float, space: float) -> Any:
 
 
 def single(ax: Axes | None, aspect: float, width_mm: float = COLUMN_MM) -> Axes:
-    """The panel that is to be drawn into: ``ax``, or one of a new figure."""
+    """The panel that is to be drawn into: ``ax``, or one of a new figure. matplotlib does not type most of its keywords."""
     if ax is not None:
         return ax
     width = width_mm / 25.4
-    return pyplot().figure(figsize=(width, 0.86 * width * aspect + 0.3), layout="constrained").add_subplot()  # type: ignore[no-any-return]
+    figure = pyplot().figure(figsize=(width, 0.86 * width * aspect + 0.3), layout="constrained")
+    found: Axes = figure.add_subplot()
+    return found
 
 
 def finite(values: Any) -> Array:
@@ -173,9 +172,10 @@ def ink(cmap: str) -> tuple[str, str]:
     return (BLACK, WHITE) if cmap == "RdBu_r" else (WHITE, BLACK)
 
 
-def raster(ax: Axes, values: Any, half_width: Any, norm: Normalize, cmap: str, is_first: bool = True) -> Any:
+def raster(ax: Any, values: Any, half_width: Any, norm: Normalize, cmap: str, is_first: bool = True) -> Any:
     """An image about the axis, or over (left, right, bottom, top), y upwards."""
-    extent = tuple(half_width) if isinstance(half_width, tuple) else (-half_width, half_width, -half_width, half_width)
+    around = (-1.0, 1.0, -1.0, 1.0)
+    extent = cast("Any", half_width) if isinstance(half_width, tuple) else tuple(end * half_width for end in around)
     shown = ax.imshow(np.asarray(values), origin="lower", extent=extent, norm=norm, cmap=cmap, aspect="equal")
     ax.set_xlabel(text("θ_{x} [arcsec]"))
     if is_first:
@@ -206,7 +206,8 @@ def _place_ticks(found: Any, norm: Any) -> None:
     from matplotlib.ticker import FixedLocator, NullFormatter
 
     least, most = float(norm.vmin), float(norm.vmax)
-    decades: Array = 10.0 ** np.arange(np.floor(np.log10(max(abs(most), 1e-300))) - 12, 20)
+    first = int(np.floor(np.log10(max(abs(most), 1e-300)))) - 12
+    decades: Array = np.power(10.0, np.arange(first, 20, dtype=np.float64))
     if isinstance(norm, AsinhNorm):
         softening = float(norm.linear_width)
         shown = decades[(decades > 4.0 * softening) & (decades <= most)]
@@ -217,7 +218,7 @@ def _place_ticks(found: Any, norm: Any) -> None:
         found.ax.xaxis.set_minor_formatter(NullFormatter())
 
 
-def caption(ax: Axes, name: str, cmap: str, at: tuple[float, float] = (0.05, 0.93)) -> None:
+def caption(ax: Any, name: str, cmap: str, at: tuple[float, float] = (0.05, 0.93)) -> None:
     """A name inside a panel, with an outline."""
     from matplotlib import patheffects
 
@@ -226,7 +227,7 @@ def caption(ax: Axes, name: str, cmap: str, at: tuple[float, float] = (0.05, 0.9
     ax.text(*at, text(name), color=colour, transform=ax.transAxes, va="center", path_effects=outline)
 
 
-def circle(ax: Axes, radius: float, cmap: str) -> None:
+def circle(ax: Any, radius: float, cmap: str) -> None:
     """The dashed Einstein circle; none for a radius that is not positive."""
     from matplotlib.patches import Circle
 
@@ -234,7 +235,7 @@ def circle(ax: Axes, radius: float, cmap: str) -> None:
         ax.add_patch(Circle((0.0, 0.0), radius, fill=False, ls="--", lw=0.8, ec=ink(cmap)[0]))
 
 
-def outline(ax: Axes, counts: Any, edges: Any, colour: str, label: str | None = None, width: float = 1.0) -> None:
+def outline(ax: Any, counts: Any, edges: Any, colour: str, label: str | None = None, width: float = 1.0) -> None:
     """A histogram: a line and a faint area."""
     if len(edges):
         area = ax.stairs(counts, edges, fill=True, color=colour, alpha=0.125, lw=0.0)

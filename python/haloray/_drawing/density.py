@@ -87,9 +87,10 @@ def field(x: Any, y: Any, fractions: tuple[float, ...]) -> tuple[Array, Array, A
     nodes_x, nodes_y = (np.linspace(own.low, own.high, FIELD_NODES) for own in (along_x, along_y))
     u, v = white(*np.meshgrid(nodes_x, nodes_y))
     values = _interpolated(counts, (u + half) / step - 0.5, (v + half) / step - 0.5)
-    ranked = np.sort(values.ravel())[::-1]
-    sums = np.cumsum(ranked)
-    levels = [float(ranked[min(np.searchsorted(sums, part * sums[-1]), len(ranked) - 1)]) for part in fractions]
+    ranked: Array = np.sort(values.ravel())[::-1]
+    sums: Array = np.cumsum(ranked)
+    places = [int(np.searchsorted(sums, part * float(sums[-1]))) for part in fractions]
+    levels = [float(ranked[min(place, len(ranked) - 1)]) for place in places]
     return nodes_x, nodes_y, values, levels
 
 
@@ -125,8 +126,11 @@ def _images(spread: _Spread, values: Array, reach: float) -> list[tuple[Array, A
 def _smoothed(cells: Array, width: float) -> Array:
     """Convolved with a Gaussian; the cells beyond an end are the mirror image of those before it."""
     reach = int(np.ceil(KERNEL_REACH * width))
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(width, 1e-3)) ** 2)
-    return np.convolve(np.pad(cells, reach, "symmetric"), kernel / kernel.sum(), "valid")
+    steps = np.arange(-reach, reach + 1, dtype=np.float64)
+    kernel: Array = np.exp(-0.5 * (steps / max(width, 1e-3)) ** 2)
+    mirrored: Array = np.pad(cells, reach, "symmetric")
+    smooth: Any = np.convolve(mirrored, kernel / kernel.sum(), "valid")
+    return np.asarray(smooth, dtype=np.float64)
 
 
 def _interpolated(cells: Array, i: Array, j: Array) -> Array:

@@ -1,0 +1,1 @@
+"""Drawing of plain arrays: what figures of saved results, above, and objects that draw themselves share."""
