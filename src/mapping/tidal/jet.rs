@@ -35,10 +35,11 @@ impl<R: Real, const S: usize> Jet<R, S> {
     pub fn deflected(&self, alpha: Cx<R>, hessian: [R; 3], third: [R; 4]) -> Self {
         let along = [Cx::new(hessian[0], hessian[1]), Cx::new(hessian[1], hessian[2])];
         let mut deflected = Self { value: alpha, ..*self };
-        for (out, d) in deflected.first.iter_mut().zip(self.first) {
-            *out = along[0].scale(d.re) + along[1].scale(d.im);
+        for i in 0..2 {
+            let d = self.first[i];
+            deflected.first[i] = along[0].scale(d.re) + along[1].scale(d.im);
         }
-        for (n, (i, j)) in PAIRS.into_iter().enumerate().take(S) {
+        for (n, &(i, j)) in PAIRS.iter().enumerate().take(S) {
             let (a, b, ab) = (self.first[i], self.first[j], self.second[n]);
             deflected.second[n] = Cx::new(third[0], third[1]).scale(a.re * b.re)
                 + Cx::new(third[1], third[2]).scale(a.re * b.im + a.im * b.re)
@@ -54,7 +55,13 @@ impl<R: Real, const S: usize> Jet<R, S> {
 macro_rules! linear {
     ($jet:expr, $v:ident => $image:expr) => {{
         let mut jet = $jet;
-        for v in [&mut jet.value].into_iter().chain(&mut jet.first).chain(&mut jet.second) {
+        let $v = jet.value;
+        jet.value = $image;
+        for v in &mut jet.first {
+            let $v = *v;
+            *v = $image;
+        }
+        for v in &mut jet.second {
             let $v = *v;
             *v = $image;
         }
@@ -68,11 +75,11 @@ impl<R: Real, const S: usize> Add for Jet<R, S> {
     #[inline(always)]
     fn add(mut self, other: Self) -> Self {
         self.value += other.value;
-        for (v, other) in self.first.iter_mut().zip(other.first) {
-            *v += other;
+        for i in 0..2 {
+            self.first[i] += other.first[i];
         }
-        for (v, other) in self.second.iter_mut().zip(other.second) {
-            *v += other;
+        for n in 0..S {
+            self.second[n] += other.second[n];
         }
         self
     }
@@ -103,10 +110,10 @@ impl<R: Real, const S: usize> Mul for Jet<R, S> {
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self, other);
         let mut product = Self { value: a.value * b.value, ..a };
-        for (i, out) in product.first.iter_mut().enumerate() {
-            *out = a.first[i] * b.value + a.value * b.first[i];
+        for i in 0..2 {
+            product.first[i] = a.first[i] * b.value + a.value * b.first[i];
         }
-        for (n, (i, j)) in PAIRS.into_iter().enumerate().take(S) {
+        for (n, &(i, j)) in PAIRS.iter().enumerate().take(S) {
             product.second[n] = a.second[n] * b.value
                 + a.first[i] * b.first[j]
                 + a.first[j] * b.first[i]

@@ -162,8 +162,13 @@ fn lanes(theta: &[[f64; 2]]) -> Cx<Lanes> {
 }
 
 /// Derivatives of β_x, then those of β_y.
+#[inline(always)]
 fn components<const N: usize, const M: usize>(derivatives: &[Cx<f64>; N]) -> [f64; M] {
-    std::array::from_fn(|i| if i < N { derivatives[i].re } else { derivatives[i - N].im })
+    let mut components = [0.0; M];
+    for i in 0..N {
+        (components[i], components[N + i]) = (derivatives[i].re, derivatives[i].im);
+    }
+    components
 }
 
 #[cfg(test)]
