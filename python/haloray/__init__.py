@@ -10,7 +10,8 @@ expected, a float64 array in the unit of its name, or an astropy Quantity, will 
 >>> beta_x, beta_y = sight.ray_shooting([1.0, 0.0], [0.0, 1.0])
 """
 
-from . import figures
+from typing import TYPE_CHECKING
+
 from ._config import config
 from ._coolest import CoolestModel, from_coolest, to_coolest
 from ._decoupled import DecoupledMultiPlane
@@ -32,6 +33,19 @@ from ._sight import Interpol, LineOfSight, Rays
 from ._slsim import from_slsim, to_slsim
 from ._threads import number_of_threads, set_threads
 from ._versions import show_versions
+
+if TYPE_CHECKING:
+    from . import figures
+else:
+
+    def __getattr__(name):
+        # Imported when it is asked for: a program that draws nothing starts sooner.
+        if name == "figures":
+            from importlib import import_module
+
+            return import_module("haloray.figures")
+        raise AttributeError(f"module 'haloray' has no attribute {name!r}")
+
 
 __all__ = [
     "LENS_MODELS",

@@ -221,7 +221,18 @@ def test_nothing_prints(capfd):
 
 
 def test_nothing_heavy_is_imported():
-    heavy = ["arviz", "astropy", "h5py", "importlib.metadata", "matplotlib", "pandas", "scipy", "tqdm", "xarray"]
+    heavy = [
+        "haloray.figures",
+        "arviz",
+        "astropy",
+        "h5py",
+        "importlib.metadata",
+        "matplotlib",
+        "pandas",
+        "scipy",
+        "tqdm",
+        "xarray",
+    ]
     code = f"import sys; import numpy; before = set(sys.modules); import haloray; print(set({heavy}) & (set(sys.modules) - before))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()", done.stdout
