@@ -52,3 +52,28 @@ html_search_scorer = str(ROOT / "docs" / "scorer.js")
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
+
+# What the theme leaves out and readers by ear or keyboard need: levels of headings, names of regions, code that scrolls from the keyboard.
+SPOKEN = {
+    'role="heading">': 'role="heading" aria-level="2">',
+    '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="Pages">',
+    '<aside class="toc-drawer">': '<aside class="toc-drawer" aria-label="On this page">',
+    '<aside class="toc-drawer no-toc">': '<aside class="toc-drawer no-toc" aria-label="On this page">',
+    "<pre>": '<pre tabindex="0">',
+}
+
+
+def make_speakable(app, failure):
+    """Completes the pages that were written."""
+    if failure or app.builder.format != "html":
+        return
+    for path in pathlib.Path(app.outdir).rglob("*.html"):
+        text = written = path.read_text(encoding="utf-8")
+        for left, whole in SPOKEN.items():
+            text = text.replace(left, whole)
+        if text != written:
+            path.write_text(text, encoding="utf-8")
+
+
+def setup(app):
+    app.connect("build-finished", make_speakable)

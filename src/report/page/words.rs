@@ -40,7 +40,7 @@ const SIGNS: [(&str, &str, &str); 18] = [
 ];
 
 /// Whole names that are called otherwise.
-const NAMES: [(&str, &str, &str); 25] = [
+const NAMES: [(&str, &str, &str); 29] = [
     ("largest_kappa_h", "largest κ_h", "κ"),
     ("rms_gamma_los", "√⟨|γ_LOS|²⟩", "LOS"),
     ("rms_gamma_los_ring", "√⟨|γ_LOS|²⟩ along the ring", "ring"),
@@ -61,6 +61,10 @@ const NAMES: [(&str, &str, &str); 25] = [
     ("coverage", "coverage", "coverage"),
     ("median", "median", "median"),
     ("hpd68", "68% interval", "68% interval"),
+    ("hpd68_low", "68% from", "68% interval"),
+    ("hpd68_high", "68% to", "68% interval"),
+    ("ess_bulk", "ESS, bulk", "ESS"),
+    ("ess_tail", "ESS, tails", "ESS"),
     ("bounded", "inside its prior", "at the edge"),
     ("min_point_shear", "shear cut", "shear cut"),
     ("m200c_msun", "M200c", "M200c"),
