@@ -24,7 +24,7 @@ const CAPTIONS: [(&str, &str, &str); 37] = [
     (
         "tidal_maps",
         "Convergence and shear",
-        "κ, γ₁ and γ₂ of the haloes over the field, main lens excluded. The dashed circle is the Einstein radius, solid lines \
+        "κ, γ₁ and γ₂ of the haloes over the field, main lens excluded; white is what the bar says. The dashed circle is the Einstein radius, solid lines \
          are critical curves of the lens, where they were asked for. In a tidal field the three would be flat.",
     ),
     (
