@@ -63,6 +63,22 @@ SPOKEN = {
 }
 
 
+# γ_LOS as γ with LOS below it; code, formulas and scripts stay as they are.
+LOWERED = re.compile(r"([\u0370-\u03ff][₁₂]?|\bA)_([A-Za-z0-9]+)")
+AS_WRITTEN = re.compile(r"<(/?)(?:code|pre|script|style|title)\b")
+
+
+def with_signs(html):
+    """The page with what stands below the line put there."""
+    pieces, depth = re.split(r"(<[^>]*>)", html), 0
+    for number, piece in enumerate(pieces):
+        if found := AS_WRITTEN.match(piece):
+            depth += -1 if found[1] else 1
+        elif depth == 0 and not piece.startswith("<") and "\\" not in piece:
+            pieces[number] = LOWERED.sub(r"\1<sub>\2</sub>", piece)
+    return "".join(pieces)
+
+
 def make_speakable(app, failure):
     """Completes the pages that were written."""
     if failure or app.builder.format != "html":
@@ -71,6 +87,7 @@ def make_speakable(app, failure):
         text = written = path.read_text(encoding="utf-8")
         for left, whole in SPOKEN.items():
             text = text.replace(left, whole)
+        text = with_signs(text)
         if text != written:
             path.write_text(text, encoding="utf-8")
 
