@@ -127,8 +127,14 @@ fn listed(files: &[PathBuf]) -> String {
             None => entries.push((name, 1)),
         }
     }
-    // The page first, what says where a table comes from last.
-    entries.sort_by_key(|(name, _)| (name != PAGE_FILE, name.ends_with(".provenance.toml")));
+    // The page first, then what holds numbers; last what says where a table comes from.
+    let ends_with = |name: &str, ends: &[&str]| ends.iter().any(|end| name.ends_with(end));
+    entries.sort_by_key(|(name, _)| match name.as_str() {
+        PAGE_FILE => 0,
+        name if ends_with(name, &[".h5", ".nc", ".csv", "summary.json", "/"]) => 1,
+        name if ends_with(name, &[".provenance.toml", "report.json"]) => 3,
+        _ => 2,
+    });
     let entry = |(name, count): &(String, usize)| match name.ends_with('/') {
         true => format!("{name} ({count})"),
         false => name.clone(),
