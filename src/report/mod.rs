@@ -21,7 +21,8 @@ pub use ensemble_folder::{SIGHTLINES_FILE, write_ensemble};
 pub use exposure_figure::exposure_figure;
 pub use fit_folder::{FitSummary, NamedTruths, corner_figure, reconstruction_figure, write_fit};
 pub use number_text::{
-    decimals_text, grouped, number_text, probability_text, signed_text, true_minus, with_error_text,
+    decimals_text, grouped, interval_text, number_text, probability_text, signed_text, true_minus,
+    with_error_text,
 };
 pub use page::{PAGE_FILE, RunRecord, page, stage_page};
 pub use run_figures::{draw_figures, map_figures};

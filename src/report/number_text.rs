@@ -75,6 +75,14 @@ pub fn with_error_text(value: f64, error: f64) -> String {
     format!("{} ± {}", decimals_text(value, decimals), decimals_text(error, decimals))
 }
 
+/// A number and its interval, all to the second digit of the interval's width: `1.49275 [1.49245, 1.49306]`.
+pub fn interval_text(value: f64, [low, high]: [f64; 2]) -> String {
+    let power = |value: f64| if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    let last = power(high - low) - 1;
+    let number = |value: f64| number_text(value, (power(value) - last + 1).clamp(1, 10) as usize);
+    format!("{} [{}, {}]", number(value), number(low), number(high))
+}
+
 /// A probability with its relation: `= 0.020`, or what it is below where it is too small for a number.
 pub fn probability_text(value: f64, digits: usize) -> String {
     if value == 0.0 { "< 10⁻³⁰⁰".into() } else { format!("= {}", number_text(value, digits)) }

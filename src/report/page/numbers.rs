@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 use super::model::{Cell, Fact, Label, PageTable};
 use super::tables::{DIGITS, capital, name_cell, number_cell, text_cell};
 use super::words::label;
-use crate::report::{number_text, probability_text, with_error_text};
+use crate::report::{interval_text, number_text, probability_text, with_error_text};
 
 /// What a person wants first, where a summary has it, in this order; a dot leads into an object.
 const FIRST: [&str; 31] = [
@@ -95,8 +95,8 @@ fn at<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
 fn fitted(summary: &Value, name: &str) -> Option<Fact> {
     let parameters = summary.get("parameters")?.as_array()?;
     let parameter = parameters.iter().find(|parameter| parameter["name"] == name)?;
-    let number = |key: &str| Some(number_text(parameter[key].as_f64()?, FACT_DIGITS));
-    let value = format!("{} [{}, {}]", number("median")?, number("hpd68_low")?, number("hpd68_high")?);
+    let number = |key: &str| parameter[key].as_f64();
+    let value = interval_text(number("median")?, [number("hpd68_low")?, number("hpd68_high")?]);
     let label = match name {
         "lens.theta_E" => Label { text: "θ".into(), sub: "E".into(), unit: "arcsec".into(), ..label(name) },
         _ => label(name),
@@ -317,7 +317,7 @@ mod tests {
         let numbers = Numbers::of(&summary);
         assert_eq!(numbers.warnings.len(), 2);
         let facts: Vec<&str> = numbers.facts.iter().map(|fact| fact.value.as_str()).collect();
-        assert_eq!(facts, ["−0.01200 [−0.02000, −0.004000]", "no", "yes", "20.90"]);
+        assert_eq!(facts, ["−0.012 [−0.020, −0.004]", "no", "yes", "20.90"]);
         let row: Vec<&str> = numbers.tables[0].rows[0].iter().map(|cell| cell.text.as_str()).collect();
         assert_eq!(row, ["gamma1_los", "", "−0.012000", "−0.020000", "−0.0040000", "1"]);
         assert!(numbers.tables[1].rows.iter().any(|row| row[3].text == "amplitudes"));
