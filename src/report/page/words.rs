@@ -18,7 +18,7 @@ const UNITS: [(&str, &str); 10] = [
 ];
 
 /// First words that are signs.
-const SIGNS: [(&str, &str, &str); 18] = [
+const SIGNS: [(&str, &str, &str); 19] = [
     ("kappa", "κ", "κ"),
     ("gamma1", "γ₁", "γ"),
     ("gamma2", "γ₂", "γ"),
@@ -36,6 +36,7 @@ const SIGNS: [(&str, &str, &str); 18] = [
     ("e1", "e₁", "e₁"),
     ("e2", "e₂", "e₂"),
     ("chi", "χ", ""),
+    ("a", "A", ""),
     ("abs", "", ""),
 ];
 
@@ -140,6 +141,7 @@ mod tests {
         assert_eq!(shown("gamma1_los_best_tidal"), "γ₁|LOS, best tidal||term-LOS");
         assert_eq!(shown("F2_os_disc_per_arcsec"), "F₂|os, disc|arcsec⁻¹|term-os");
         assert_eq!(shown("delta_tot"), "Δ|tot||term-Δ-tot");
+        assert_eq!(shown("a_xy"), "A|xy||");
         assert_eq!(shown("abs_f"), "|F||||term-F");
         assert_eq!(shown("rms_gamma_los"), "√⟨|γ_LOS|²⟩|||term-LOS");
         assert_eq!(shown("lens.theta_E"), "lens.theta_E|||term-θ-E");
