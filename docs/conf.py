@@ -52,3 +52,49 @@ html_search_scorer = str(ROOT / "docs" / "scorer.js")
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
+
+# What the theme leaves out and readers by ear or keyboard need: headings and their levels, names of regions, code and tables that scroll
+# from the keyboard.
+SPOKEN = {
+    'role="heading">': 'role="heading" aria-level="2">',
+    '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="Pages">',
+    '<aside class="toc-drawer">': '<aside class="toc-drawer" aria-label="On this page">',
+    '<aside class="toc-drawer no-toc">': '<aside class="toc-drawer no-toc" aria-label="On this page">',
+    "<pre>": '<pre tabindex="0">',
+    '<table class="docutils': '<table tabindex="0" class="docutils',
+    '<th class="head"><p></p></th>': "<td></td>",
+    '<div id="search-results"></div>': '<h1>Search</h1><div id="search-results"></div>',
+}
+
+
+# γ_LOS as γ with LOS below it; code, formulas and scripts stay as they are.
+LOWERED = re.compile(r"([\u0370-\u03ff][₁₂]?|\bA)_([A-Za-z0-9]+)")
+AS_WRITTEN = re.compile(r"<(/?)(?:code|pre|script|style|title)\b")
+
+
+def with_signs(html):
+    """The page with what stands below the line put there."""
+    pieces, depth = re.split(r"(<[^>]*>)", html), 0
+    for number, piece in enumerate(pieces):
+        if found := AS_WRITTEN.match(piece):
+            depth += -1 if found[1] else 1
+        elif depth == 0 and not piece.startswith("<") and "\\" not in piece:
+            pieces[number] = LOWERED.sub(r"\1<sub>\2</sub>", piece)
+    return "".join(pieces)
+
+
+def make_speakable(app, failure):
+    """Completes the pages that were written."""
+    if failure or app.builder.format != "html":
+        return
+    for path in pathlib.Path(app.outdir).rglob("*.html"):
+        text = written = path.read_text(encoding="utf-8")
+        for left, whole in SPOKEN.items():
+            text = text.replace(left, whole)
+        text = with_signs(text)
+        if text != written:
+            path.write_text(text, encoding="utf-8")
+
+
+def setup(app):
+    app.connect("build-finished", make_speakable)

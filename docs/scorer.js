@@ -1,6 +1,10 @@
-// Search puts pages that teach before pages of results and reference.
+// Search puts pages that teach before pages of results and reference, and titles with the words that are looked for before others.
+const looked_for = (new URLSearchParams(window.location.search).get("q") ?? "").toLowerCase().split(/\W+/).filter((word) => word.length > 3);
 var Scorer = {
-  score: ([page, , , , score]) => score + (/^(start|tutorials\/|howto\/|FIT$|ENSEMBLES$)/.test(page) ? 12 : 0),
+  score: ([page, title, , , score]) =>
+    score
+    + (/^(start|tutorials\/|howto\/|FIT$|ENSEMBLES$)/.test(page) ? 12 : 0)
+    + 8 * looked_for.filter((word) => title.toLowerCase().includes(word)).length,
   objNameMatch: 11,
   objPartialMatch: 6,
   objPrio: { 0: 15, 1: 5, 2: -5 },

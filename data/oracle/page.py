@@ -32,6 +32,13 @@ def with_section(text, name, body):
     return text.rstrip() + f"\n\n{section}"
 
 
+def with_true_minus(text):
+    """The text with a true minus before the numbers of its tables, and none before what is rounded to nothing."""
+    number = re.compile(r"(?<=[| \[(±,])-(\d[\d.]*)")
+    sign = lambda found: ("−" if found[1].strip("0.") else "") + found[1]
+    return re.sub(r"^ *\|.*$", lambda row: number.sub(sign, row[0]), text, flags=re.MULTILINE)
+
+
 def write(page, command, result, packages=()):
     """Writes the sections that a command makes into the page at that path."""
     page = pathlib.Path(page)
@@ -40,7 +47,7 @@ def write(page, command, result, packages=()):
         f"## {name}\n" for name in headings)
     versions = "".join(f", {name} {importlib.metadata.version(name)}" for name in packages)
     last = f"{datetime.date.today().isoformat()}, {processor()}{versions}."
-    for name, body in (("Command", f"    {command}"), ("Result", result), ("Last run", last)):
+    for name, body in (("Command", f"    {command}"), ("Result", with_true_minus(result)), ("Last run", last)):
         text = with_section(text, name, body)
     page.write_text(text, encoding="utf-8")
 

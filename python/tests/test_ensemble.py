@@ -72,7 +72,7 @@ def test_the_file_of_the_command(command, tmp_path):
     found = hr.ensemble(few, 2, seed=4, level="maps", lenses=lenses)
     found.write(tmp_path / "own")
     ours, theirs = tmp_path / "own", folder / "ens"
-    for name in ("sightlines.h5", "summary.json", "config.toml", "figures/joint.svg"):
+    for name in ("sightlines.h5", "summary.json", "config.toml", "figures/distributions.svg"):
         assert (ours / name).read_bytes() == (theirs / name).read_bytes(), name
     assert list(found["lens"]) == [0, 1, 0, 1] and list(found["z_source"]) == [0.9, 2.0, 0.9, 2.0]
 

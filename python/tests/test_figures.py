@@ -38,7 +38,7 @@ def test_a_run(run):
     assert len(shown) == 6 and np.array_equal(shown[3], noisy)
     assert any(len(ax.lines) for ax in pair.axes), "critical curves"
     maps = hr.figures.tidal_maps(run)
-    assert sum("on the axis" in ax.get_xlabel() for ax in maps.axes) == 3
+    assert sum("white: axis" in ax.get_xlabel() for ax in maps.axes) == 3
     assert len(hr.figures.flexion_maps(str(run / "run.h5")).axes) == 6
     histogram = hr.figures.histograms(hr.read(run / "run.h5"))
     n = len(hr.read(run / "run.h5").haloes())

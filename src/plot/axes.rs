@@ -85,7 +85,8 @@ fn labels(svg: &mut Svg, place: &Placed) {
     let upwards = TextStyle { upwards: true, ..label };
     svg.text((left, middle_y), &text(&panel.y, place.y_ticks.exponent), upwards);
 
-    let mut above = frame.y - LABEL_GAP_PT - 0.2 * LABEL_PT;
+    let bar = panel.colour_bar.as_ref().map_or(0.0, |bar| bar.height_pt());
+    let mut above = frame.y - bar - LABEL_GAP_PT - 0.2 * LABEL_PT;
     for caption in panel.captions.iter().rev() {
         let x = if caption.anchor == Anchor::Start { frame.x } else { frame.right() };
         let caption_style = TextStyle { colour: caption.colour, ..style::text(SMALL_PT, caption.anchor) };

@@ -3,6 +3,9 @@
 use super::mark::Point;
 use crate::numerics::contour::zero_contours;
 
+/// Corners of a ring around one node.
+const AROUND_ONE_NODE: usize = 4;
+
 /// A field on a rectangular grid of nodes.
 pub struct Field {
     /// Abscissae of the nodes, increasing.
@@ -15,7 +18,7 @@ pub struct Field {
 
 impl Field {
     /// Rings around the regions above `level`, higher values on their left; along the border of the grid they
-    /// are closed.
+    /// are closed. Beside larger ones no ring about a single node.
     pub fn rings_above(&self, level: f64) -> Vec<Vec<Point>> {
         let (columns, rows) = (self.x.len() + 2, self.y.len() + 2);
         let nodes = (0..columns * rows).map(|k| self.node(k % columns, k / columns));
@@ -24,8 +27,12 @@ impl Field {
             let t = heights[low] / (heights[low] - heights[high]);
             [0, 1].map(|i| nodes[low][i] + t * (nodes[high][i] - nodes[low][i]))
         };
-        let contours = zero_contours(&heights, columns, rows).into_iter();
-        contours.map(|contour| contour.crossings.iter().map(crossing).collect()).collect()
+        let contours = zero_contours(&heights, columns, rows);
+        // Around single nodes, beside a region of many: beads at the tips of what the grid cannot resolve.
+        let has_region = contours.iter().any(|contour| contour.crossings.len() > AROUND_ONE_NODE);
+        let is_shown = |ring: &Vec<Point>| !has_region || ring.len() > AROUND_ONE_NODE;
+        let rings = contours.iter().map(|contour| contour.crossings.iter().map(crossing).collect());
+        rings.filter(is_shown).collect()
     }
 
     /// Node (i, j) of the grid with a border of low nodes around it, at the coordinates of the outermost ones.

@@ -12,6 +12,10 @@ use super::mark::Point;
 const CURVE_NODES: usize = 256;
 /// Nodes of an axis of a field, and of the grid on which the draws are smoothed.
 const FIELD_NODES: usize = 128;
+/// Ridges narrower than this share of their length need more nodes, in proportion, up to so many times as many: with
+/// few across it, the contour of a ridge falls into beads.
+const NARROW: f64 = 0.15;
+const MOST_TIMES_AS_MANY: f64 = 6.0;
 /// A kernel is cut here, in its widths.
 const KERNEL_REACH: f64 = 4.0;
 /// Kernels in units of Scott's width: draws of a chain tell less than independent ones, and ragged contours
@@ -77,17 +81,18 @@ pub fn field(x: &[f64], y: &[f64], fractions: &[f64]) -> Option<(Field, Vec<f64>
         }
     }
     let density = smoothed_in_two_dimensions(&counts, width / step);
+    let nodes = (FIELD_NODES as f64 * (NARROW / rest).clamp(1.0, MOST_TIMES_AS_MANY)) as usize;
     let axis = |spread: &Spread| -> Vec<f64> {
-        let node = |i: usize| spread.low + (spread.high - spread.low) * i as f64 / (FIELD_NODES - 1) as f64;
-        (0..FIELD_NODES).map(node).collect()
+        let node = |i: usize| spread.low + (spread.high - spread.low) * i as f64 / (nodes - 1) as f64;
+        (0..nodes).map(node).collect()
     };
     let (x, y) = (axis(&along_x), axis(&along_y));
     let at = |(x, y): (f64, f64)| {
         let (u, v) = white(x, y);
         interpolated(&density, (u + half) / step - 0.5, (v + half) / step - 0.5)
     };
-    let nodes = y.iter().flat_map(|&y| x.iter().map(move |&x| (x, y)));
-    let values: Vec<f64> = nodes.map(at).collect();
+    let places = y.iter().flat_map(|&y| x.iter().map(move |&x| (x, y)));
+    let values: Vec<f64> = places.map(at).collect();
     let levels = fractions.iter().map(|fraction| enclosing_level(&values, *fraction)).collect();
     Some((Field { x, y, values }, levels))
 }
@@ -118,6 +123,9 @@ impl Spread {
     fn of(values: &[f64], width: f64) -> Option<Self> {
         /// Of the peak of a normal density: where the values' own is lower at an end, it fades out.
         const FADES_BELOW: f64 = 0.25;
+        /// How near the end that is looked at, in widths of the kernel, and values there that say nothing.
+        const CLOSE: f64 = 0.25;
+        const FEW: f64 = 4.0;
         /// Values closer than this, in units of themselves, are one.
         const ROUNDING: f64 = 1e-13;
         let count = values.len() as f64;
@@ -127,10 +135,12 @@ impl Spread {
         let varies = high - low > ROUNDING * low.abs().max(high.abs());
         let mean = values.iter().sum::<f64>() / count;
         let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
-        let peak = count * width / std::f64::consts::TAU.sqrt();
+        // Close to the end, as a narrow one of several modes would fill a whole kernel there.
+        let close = CLOSE * width * deviation;
+        let of_peak = FADES_BELOW * CLOSE * count * width / std::f64::consts::TAU.sqrt();
         let beyond = |end: f64| {
-            let near = values.iter().filter(|value| (*value - end).abs() < width * deviation).count();
-            if (near as f64) < FADES_BELOW * peak { KERNEL_REACH * width * deviation } else { 0.0 }
+            let near = values.iter().filter(|value| (*value - end).abs() < close).count();
+            if (near as f64) < of_peak.max(FEW) { KERNEL_REACH * width * deviation } else { 0.0 }
         };
         let (low, high) = (low - beyond(low), high + beyond(high));
         (varies && deviation > 0.0 && (deviation + high - low).is_finite()).then_some(Self {
@@ -228,12 +238,20 @@ mod tests {
             let ((dx, x0), (dy, y0)) = (step(&field.x), step(&field.y));
             let inside = x.iter().zip(&y).filter(|(x, y)| {
                 let (i, j) = (((*x - x0) / dx).round() as usize, ((*y - y0) / dy).round() as usize);
-                field.values[j * FIELD_NODES + i] > *level
+                field.values[j * field.x.len() + i] > *level
             });
             let share = inside.count() as f64 / x.len() as f64;
             assert!((share - fraction).abs() < 0.025, "{share} in the contour of {fraction}");
         }
         assert!(levels[0] > levels[1]);
+    }
+
+    #[test]
+    fn the_contour_of_a_narrow_ridge_is_one_ring() {
+        let (x, y) = normal(4000);
+        let y: Vec<f64> = x.iter().zip(&y).map(|(x, y)| x + 0.4 * (y - 0.95 * x)).collect();
+        let (field, levels) = field(&x, &y, &[0.68]).unwrap();
+        assert_eq!(field.rings_above(levels[0]).len(), 1);
     }
 
     #[test]
@@ -254,9 +272,20 @@ mod tests {
         let density = curve(&x).unwrap();
         assert!(density[0][1] < 1e-3 && density[CURVE_NODES - 1][1] < 1e-3);
         let (field, levels) = field(&x, &y, &[0.95]).unwrap();
-        let border =
-            (0..FIELD_NODES).flat_map(|k| [(k, 0), (k, FIELD_NODES - 1), (0, k), (FIELD_NODES - 1, k)]);
-        assert!(border.map(|(i, j)| field.values[j * FIELD_NODES + i]).all(|value| value < levels[0]));
+        let n = field.x.len();
+        let border = (0..n).flat_map(|k| [(k, 0), (k, n - 1), (0, k), (n - 1, k)]);
+        assert!(border.map(|(i, j)| field.values[j * n + i]).all(|value| value < levels[0]));
+    }
+
+    #[test]
+    fn the_outer_one_of_two_narrow_modes_is_not_cut_off() {
+        let (x, y) = normal(2000);
+        let modes = |values: &[f64]| -> Vec<f64> {
+            values.iter().enumerate().map(|(i, v)| 0.2 * v + if i % 3 == 0 { -2.0 } else { 0.0 }).collect()
+        };
+        let (field, levels) = field(&modes(&x), &modes(&y), &[0.95]).unwrap();
+        let n = field.x.len();
+        assert!((0..n).all(|k| field.values[k * n + n - 1].max(field.values[(n - 1) * n + k]) < levels[0]));
     }
 
     #[test]

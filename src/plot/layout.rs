@@ -123,6 +123,13 @@ impl Placed<'_> {
     }
 }
 
+impl ColourBar {
+    /// From the frame to the upper end of its label.
+    pub fn height_pt(&self) -> f64 {
+        BAR_GAP_PT + BAR_PT + NUMBERS_PT + line_pt(&self.label, LABEL_PT)
+    }
+}
+
 impl Margins {
     fn of(place: &Placed) -> Self {
         let Placed { panel, frame, x, .. } = place;
@@ -155,9 +162,7 @@ impl Margins {
             }
             margins.top += NUMBERS_PT + line_pt(&top.label, LABEL_PT);
         }
-        if let Some(ColourBar { label, .. }) = &panel.colour_bar {
-            margins.top += BAR_GAP_PT + BAR_PT + NUMBERS_PT + line_pt(label, LABEL_PT);
-        }
+        margins.top += panel.colour_bar.as_ref().map_or(0.0, ColourBar::height_pt);
         margins
     }
 }

@@ -2,16 +2,14 @@
 
 use super::colour::{Colour, Stroke};
 use super::layout::Placed;
+use super::legend_corner::legend_box;
 use super::mark::{Mark, Shape};
 use super::markup::width_pt;
-use super::panel::Corner;
 use super::style::{self, HALF_DIGIT, HISTOGRAM_OPACITY, POINT_PT, SMALL_PT};
 use super::svg::{Anchor, Rect, Svg, number, point};
 
 const LINE_PT: f64 = 1.45 * SMALL_PT;
 const GAP_PT: f64 = 4.0;
-/// From the frame: clear of the ticks.
-const INSET_PT: f64 = 6.0;
 
 /// Draws the legend if any mark has a text for it.
 pub fn draw(svg: &mut Svg, place: &Placed) {
@@ -23,11 +21,7 @@ pub fn draw(svg: &mut Svg, place: &Placed) {
     let (text_width, sample_width) =
         (widest(&|mark| width_pt(&mark.legend, SMALL_PT)), widest(&sample_width_pt));
     let (width, height) = (sample_width + GAP_PT + text_width, LINE_PT * entries.len() as f64);
-    let (frame, corner) = (place.frame, place.panel.legend);
-    let is_left = corner != Corner::TopRight;
-    let x = if is_left { frame.x + INSET_PT } else { frame.right() - INSET_PT - width };
-    let is_low = corner == Corner::BottomLeft;
-    let y = if is_low { frame.bottom() - INSET_PT - height } else { frame.y + INSET_PT };
+    let Rect { x, y, .. } = legend_box(place, width, height);
     let box_around = Rect { x: x - 2.0, y: y - 1.0, width: width + 4.0, height: height + 2.0 };
     svg.filled_rect(box_around, Colour::WHITE, 0.85);
     for (i, mark) in entries.into_iter().enumerate() {

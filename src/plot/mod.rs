@@ -30,6 +30,7 @@ mod colour_bar;
 mod draw_marks;
 mod layout;
 mod legend;
+mod legend_corner;
 mod raster_picture;
 mod render;
 // The figures of this project.

@@ -62,12 +62,13 @@ pub struct ColourBar {
     pub panels: usize,
 }
 
-/// Where a legend stands.
+/// Where a legend stands, unless it hid there more than elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Corner {
     TopLeft,
     TopRight,
     BottomLeft,
+    BottomRight,
 }
 
 /// A line of small text above a panel; it may be wider than the panel.

@@ -115,7 +115,7 @@ impl CatalogueReport {
         let nothing = |_: &ModelScore| String::new();
         line("images", &|s| s.images.to_string(), &|s| paper(s).map_or(String::new(), |_| "64".into()));
         line("converged", &|s| percent(s.converged, s.images), &nothing);
-        line("N_productive", &|s| percent(s.productive, s.images), &|s| {
+        line("productive", &|s| percent(s.productive, s.images), &|s| {
             paper(s).map_or(String::new(), |p| percent(p.productive, 64))
         });
         line("mean σ", &|s| format!("{:.4}", s.mean_uncertainty), &|s| {
@@ -126,7 +126,7 @@ impl CatalogueReport {
         line("χ²", &|s| format!("{:.2}", s.chi2), &|s| {
             paper(s).map_or(String::new(), |p| format!("{:.1}", p.chi2))
         });
-        line("N_>2σ", &|s| percent(s.outliers, s.productive), &|s| {
+        line("off by over 2σ", &|s| percent(s.outliers, s.productive), &|s| {
             paper(s).map_or(String::new(), |p| percent(p.outliers, p.productive))
         });
         line("coverage of 68%", &|s| format!("{:.0}%", 100.0 * s.coverage), &nothing);

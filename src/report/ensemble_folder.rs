@@ -10,6 +10,9 @@ use crate::io::{SightlineTable, StackRows, StackSpec, Staging};
 /// Name of the table of an ensemble.
 pub const SIGHTLINES_FILE: &str = "sightlines.h5";
 
+/// Sightlines from which contours of their quantities, and how averages settle, are drawn.
+const FEWEST_IN_CONTOURS: usize = 20;
+
 /// Stages every file of an ensemble; nothing is seen under its final name until `staging` is committed.
 ///
 /// # Errors
@@ -25,8 +28,11 @@ pub fn write_ensemble(
     stage_json(staging, "summary.json", &statistics)?;
     stage_text(staging, "config.toml", &table.provenance.config_toml)?;
     stage_figure(staging, "figures/distributions", || Ok(Some(distribution_figure(table))))?;
-    stage_figure(staging, "figures/joint", || Ok(Some(joint_figure(table))))?;
-    stage_figure(staging, "figures/convergence", || settling_figure(table).map(Some))?;
+    // Contours and a trend of fewer would show what is not there.
+    if table.numbers.len() >= FEWEST_IN_CONTOURS {
+        stage_figure(staging, "figures/joint", || Ok(Some(joint_figure(table))))?;
+        stage_figure(staging, "figures/convergence", || settling_figure(table).map(Some))?;
+    }
     if table.numbers.iter().copied().eq(table.whole.clone()) {
         stage_page(staging, "", &record(table))?;
     }

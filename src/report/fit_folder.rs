@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::number_text::number_text;
+use super::number_text::{number_text, probability_text};
 use super::page::{RunRecord, stage_page};
 use super::staged::{stage_figure, stage_json, stage_text};
 use crate::error::Result;
@@ -151,7 +151,7 @@ fn warnings(fit: &Fit) -> Vec<String> {
 /// The figure, with a line over its first panel that says so where the model does not describe the image.
 fn with_verdict(mut figure: Figure, summary: &FitSummary) -> Figure {
     if let Some(panel) = figure.panels.first_mut().filter(|_| !summary.good_fit) {
-        let text = format!("The model does not describe the image: p = {}", number_text(summary.p_value, 1));
+        let text = format!("Not a good fit: p {}", probability_text(summary.p_value, 1));
         panel.captions.insert(0, Caption { text, colour: Colour::RED, anchor: Anchor::Start });
     }
     figure

@@ -20,7 +20,10 @@ pub use curve_figure::curve_figure;
 pub use ensemble_folder::{SIGHTLINES_FILE, write_ensemble};
 pub use exposure_figure::exposure_figure;
 pub use fit_folder::{FitSummary, NamedTruths, corner_figure, reconstruction_figure, write_fit};
-pub use number_text::{decimals_text, grouped, number_text, signed_text};
+pub use number_text::{
+    decimals_text, grouped, interval_text, number_text, probability_text, signed_text, true_minus,
+    with_error_text,
+};
 pub use page::{PAGE_FILE, RunRecord, page, stage_page};
 pub use run_figures::{draw_figures, map_figures};
 pub use run_folder::{RUN_FILE, image_file, write_run};

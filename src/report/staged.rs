@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use serde::Serialize;
 
+use super::number_text::true_minus;
 use crate::error::{Error, Result};
 use crate::io::{FigureFiles, Staging};
 use crate::plot::{Figure, Style};
@@ -65,11 +66,13 @@ pub fn result_text(tables: &str, figures: &[(&str, &str)]) -> String {
     tables.to_owned() + &links.collect::<String>()
 }
 
-/// A table in Markdown whose columns stand below each other.
+/// A table in Markdown whose columns stand below each other, with true minus signs.
 pub fn markdown_table(head: &[&str], rows: &[Vec<String>]) -> String {
     let head: Vec<String> = head.iter().map(|name| name.to_string()).collect();
+    let rows: Vec<Vec<String>> =
+        rows.iter().map(|line| line.iter().map(|cell| true_minus(cell)).collect()).collect();
     let width = |column: usize| {
-        let cells = [&head].into_iter().chain(rows).filter_map(|line| line.get(column));
+        let cells = [&head].into_iter().chain(&rows).filter_map(|line| line.get(column));
         cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
     };
     let widths: Vec<usize> = (0..head.len()).map(width).collect();
@@ -87,7 +90,15 @@ mod tests {
 
     #[test]
     fn columns_stand_below_each_other() {
-        let rows = [vec!["κ".to_string(), "0.1".to_string()]];
-        assert_eq!(markdown_table(&["what", "x"], &rows), "| what | x   |\n|------|-----|\n| κ    | 0.1 |\n");
+        let rows =
+            [vec!["κ".to_string(), "-.1".to_string()], vec!["γ".to_string(), "-0.1 ± 0.2".to_string()]];
+        let table = markdown_table(&["what", "x"], &rows);
+        let lines = [
+            "| what | x          |",
+            "|------|------------|",
+            "| κ    | -.1        |",
+            "| γ    | −0.1 ± 0.2 |",
+        ];
+        assert_eq!(table, lines.join("\n") + "\n");
     }
 }

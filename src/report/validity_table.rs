@@ -1,6 +1,6 @@
 //! The table and the result of the study of validity.
 
-use super::number_text::number_text;
+use super::number_text::{decimals_text, number_text};
 use super::staged::markdown_table;
 use crate::error::Result;
 use crate::io::{Column, Table};
@@ -110,8 +110,8 @@ fn percent(share: Share) -> String {
 
 fn with_error([value, error]: [f64; 2], decimals: usize) -> String {
     match (value.is_finite(), error.is_finite()) {
-        (true, true) => format!("{value:.decimals$} ± {error:.decimals$}"),
-        (true, false) => format!("{value:.decimals$}"),
+        (true, true) => format!("{} ± {error:.decimals$}", decimals_text(value, decimals)),
+        (true, false) => decimals_text(value, decimals),
         _ => "–".into(),
     }
 }

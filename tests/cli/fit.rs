@@ -265,7 +265,7 @@ fn a_fit_says_whether_its_model_describes_the_image() {
     let first = |text: &str| stdout.find(text).unwrap_or_else(|| panic!("no {text}: {stdout}"));
     assert!(first("DOES NOT DESCRIBE THE IMAGE") < first("median"), "{stdout}");
     let figure = std::fs::read_to_string(folder.path("fit/corner.svg")).unwrap();
-    assert!(figure.contains("The model does not describe the image"));
+    assert!(figure.contains("Not a good fit"));
 }
 
 #[test]

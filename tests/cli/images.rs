@@ -58,7 +58,7 @@ fn the_window_widens_to_where_the_deflection_reaches() {
         let output = folder.haloray(&format!("images wide.json --source 2.5,0{extra}"));
         let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
-        for text in ["5.500000000", "-0.500000000", "2 images within", "complete by the parity count"] {
+        for text in ["5.500000000", "−0.500000000", "2 images within", "complete by the parity count"] {
             assert!(stdout.contains(text), "{text}: {stdout}");
         }
     }

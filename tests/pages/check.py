@@ -48,7 +48,7 @@ RUNS = {
     "cut": "study cut small.toml --cuts 1e-3,1e-4,1e-5 -o cut",
     "haloes": "study haloes small.toml -n 2 -o haloes",
     "mock": "mock -n 9 -o mock",
-    "ensemble": "ensemble small.toml -n 12 -o ensemble",
+    "ensemble": "ensemble small.toml -n 24 -o ensemble",
     "calibration": "study calibration -n 2 -o calibration",
     "map": "map small.toml --curves -o map",
     "image": "image small.toml -o image",

@@ -49,7 +49,7 @@ def tidal_maps(
         centre = centres.get(name, float("nan"))
         told = symbol
         if np.isfinite(centre) and centre != 0.0:
-            told += f"  (white: {centre:.4f} on the axis)".replace("-", "−")
+            told += f"  (white: axis, {centre:.4f})".replace("-", "−")
         norm = symmetric(grids[name], 0.98, centre if np.isfinite(centre) else 0.0)
         shown = raster(axes[0, i], grids[name], half, norm, "RdBu_r", i == 0)
         bar(figure, shown, axes[0, i], told)

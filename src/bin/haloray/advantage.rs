@@ -9,8 +9,8 @@ use haloray::io::{Provenance, Staging};
 use haloray::pipeline::{Advantage, advantage};
 use haloray::plot::Figure;
 use haloray::report::{
-    FitSummary, RunRecord, corner_figure, exposure_figure, markdown_table, result_text, stage_figure,
-    stage_page, stage_text, write_fit,
+    FitSummary, RunRecord, corner_figure, exposure_figure, grouped, markdown_table, result_text,
+    stage_figure, stage_page, stage_text, write_fit,
 };
 
 use crate::bars::Bars;
@@ -133,6 +133,6 @@ fn comparison(summaries: &[FitSummary], truths: &[(String, f64)]) -> String {
         format!("{converged}: worst R-hat {:.4}, worst ESS {:.0}", s.worst_r_hat, s.worst_ess)
     };
     lines.push(line("converged", &state, String::new()));
-    lines.push(line("evaluations", &|s| s.evaluations.to_string(), String::new()));
+    lines.push(line("evaluations", &|s| grouped(s.evaluations as f64), String::new()));
     markdown_table(&["", "full model", "minimal model", "true"], &lines)
 }

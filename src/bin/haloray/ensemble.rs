@@ -8,7 +8,7 @@ use haloray::ensemble::{
 use haloray::inference::model::ModelDescription;
 use haloray::io::read_lenses;
 use haloray::mapping::tidal::LineOfSightKind;
-use haloray::report::{SIGHTLINES_FILE, write_ensemble};
+use haloray::report::{SIGHTLINES_FILE, number_text, with_error_text, write_ensemble};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -28,7 +28,7 @@ use crate::terminal::{print, warn};
 #[command(after_help = "Examples:\n  haloray ensemble -n 10000 -o ensemble\n  \
                   haloray ensemble --preset consistent -n 1000 --level images -o images\n  \
                   haloray ensemble -n 200 --lenses lenses.csv -o lenses        # 200 of each lens\n  \
-                  haloray ensemble -n 10000 --shard 2/8 -o parts/2             # then: haloray merge parts -o ensemble\n  \
+                  haloray ensemble -n 10000 --shard 2/8 -o parts/2             # then `haloray merge`\n  \
                   haloray ensemble -n 100000 --submit slurm --shards 50 --time 2:00:00 --memory 1G -o many\n  \
                   haloray ensemble -n 1 --first 123 -o one                     # sightline 123 alone")]
 pub struct Args {
@@ -125,26 +125,34 @@ pub fn tell(statistics: &EnsembleStatistics, files: &[PathBuf], bars: &Bars) {
     }
     if !bars.is_quiet() {
         let with_error = |[value, error]: [f64; 2]| match error.is_finite() {
-            true => format!("{value:.4} ± {error:.4}"),
-            false => format!("{value:.4}"),
+            true => with_error_text(value, error),
+            false => number_text(value, 3),
         };
         print(&format!(
-            "sightlines {}, failed {}\nrms |γ_LOS|  axis {}   ring {}\n",
+            "sightlines {}, failed {}\nrms |γ_LOS|  axis {}   ring {}\n\n",
             statistics.number_of_sightlines,
             statistics.number_failed,
             with_error(statistics.rms_gamma_los),
             with_error(statistics.rms_gamma_los_ring)
         ));
-        let line = |name: &str| -> Option<String> {
-            let column = statistics.columns.get(name)?;
-            let of = |key: &str| column[key].as_f64();
-            let quantile = |i: usize| column["quantiles"][i].as_f64();
-            let (low, median, high) = (quantile(1)?, quantile(2)?, quantile(3)?);
-            let mean = of("mean")?;
-            Some(format!("{name:<18} mean {mean:>9.4}   16%, 50%, 84%: {low:.4}, {median:.4}, {high:.4}\n"))
+        let line = |(name, told): &(&str, &str)| -> Option<String> {
+            let column = statistics.columns.get(*name)?;
+            let numbers =
+                [&column["mean"], &column["quantiles"][1], &column["quantiles"][2], &column["quantiles"][3]];
+            let numbers: Option<Vec<String>> =
+                numbers.into_iter().map(|number| Some(number_text(number.as_f64()?, 4))).collect();
+            let cells: String = numbers?.iter().map(|number| format!("{number:>12}")).collect();
+            Some(format!("{told:<14}{cells}\n"))
         };
-        let names = ["number_of_haloes", "kappa_los", "delta_tot", "delta_tot_ring", "largest_kappa_h"];
-        print(&names.iter().filter_map(|name| line(name)).collect::<String>());
+        let heads: String = ["mean", "16%", "50%", "84%"].iter().map(|head| format!("{head:>12}")).collect();
+        let names = [
+            ("number_of_haloes", "haloes"),
+            ("kappa_los", "κ_LOS"),
+            ("delta_tot", "Δ_tot"),
+            ("delta_tot_ring", "Δ_tot, ring"),
+            ("largest_kappa_h", "largest κ_h"),
+        ];
+        print(&format!("{:<14}{heads}\n{}", "", names.iter().filter_map(line).collect::<String>()));
     }
     print_files(files, bars);
 }

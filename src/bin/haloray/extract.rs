@@ -24,9 +24,9 @@ use crate::terminal::{print, warn};
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  haloray extract cone.h5 -n 500 --z-lens 0.5 --z-source 1.5 -o sightlines\n  \
-                  haloray extract part.*.fits -n 500 --mass Mvir --mass-unit Msun/h --h 0.7 --angle-unit deg -o sightlines\n  \
+                  haloray extract part.*.fits -n 500 --mass Mvir --mass-unit Msun/h --h 0.7 -o lines\n  \
                   haloray extract cone.h5 -n 100 --behind-mass 1e13,1e14 --footprint 350,10,-5,5 -o groups\n  \
-                  haloray extract cone.h5 -n 1000 --set haloes.cut_imported=true -o cut       # haloes that pass the shear cut\n  \
+                  haloray extract cone.h5 -n 1000 --set haloes.cut_imported=true -o cut\n  \
                   haloray ensemble -n 500 --set haloes.lightcone=sightlines -o ensemble"
 )]
 pub struct Args {

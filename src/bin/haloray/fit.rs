@@ -16,7 +16,7 @@ use haloray::inference::sample::{
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
 use haloray::io::{Provenance, hash, read_observation, read_text};
 use haloray::monitor::Monitor;
-use haloray::report::{FitSummary, RunRecord, decimals_text, number_text, write_fit};
+use haloray::report::{FitSummary, RunRecord, decimals_text, grouped, probability_text, write_fit};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -38,8 +38,8 @@ use crate::through_haloes::{choose_table, compile};
     after_help = "Examples:\n  haloray fit --list\n  haloray fit image.fits --model simple-minimal -o fit\n  \
                   haloray fit image.fits --model my.toml --sampler nested -o evidence\n  \
                   haloray fit run/image_all_haloes.fits --model haloes --haloes run/run.h5 -o closure\n\n\
-                  Exit code 1 if the posterior has not converged (R-hat < 1.01 and ESS > 400 for every quantity). Whether the model\n\
-                  describes the image is another question: good_fit in summary.json, and a warning before the table."
+                  Exit code 1 if the posterior has not converged (R-hat < 1.01 and ESS > 400 for every quantity).\n\
+                  Whether the model describes the image is another question: good_fit in summary.json, and a warning before the table."
 )]
 pub struct Args {
     /// The image.
@@ -395,12 +395,12 @@ pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
     }
     let _ = writeln!(
         text,
-        "\n{}{}: χ²/dof {:.3} (p = {}), {} evaluations, {:.1} s{}\n",
+        "\n{}{}: χ²/dof {:.3} (p {}), {} evaluations, {:.1} s{}\n",
         if summary.converged { "converged" } else { "NOT CONVERGED" },
         if summary.good_fit { ", good fit" } else { ", NOT A GOOD FIT" },
         summary.chi2_reduced,
-        number_text(summary.p_value, 2),
-        summary.evaluations,
+        probability_text(summary.p_value, 2),
+        grouped(summary.evaluations as f64),
         summary.seconds,
         if summary.divergences > 0 {
             format!(", {} divergences", summary.divergences)

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use haloray::diagnostics::{CriticalCurves, PointImages, SkyWindow};
 use haloray::io::{Provenance, RAYS_GROUP, curve_table, image_table, kind_name, read_lens_model};
-use haloray::report::{RunRecord, curve_figure, stage_figure, stage_page};
+use haloray::report::{RunRecord, curve_figure, decimals_text, stage_figure, stage_page};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
@@ -108,15 +108,18 @@ fn source(text: &str) -> Result<[f64; 2]> {
 }
 
 fn text(found: &PointImages) -> String {
-    let mut text = "theta_x_arcsec  theta_y_arcsec  kind     magnification   delay_days\n".to_owned();
+    let mut text = "    θ_x [arcsec]    θ_y [arcsec]  kind     magnification  delay [days]\n".to_owned();
     for image in &found.images {
         let [x, y] = image.theta_arcsec;
         let (kind, magnification) = (kind_name(image.kind()), image.magnification());
-        text += &format!("{x:14.9}  {y:14.9}  {kind:7}  {magnification:13.6}  {:11.6}\n", image.delay_days);
+        let [x, y, magnification, delay] = [(x, 9), (y, 9), (magnification, 6), (image.delay_days, 6)]
+            .map(|(value, n)| decimals_text(value, n));
+        text += &format!("{x:>16}{y:>16}  {kind:<7}{magnification:>15}{delay:>14}\n");
     }
     for point in &found.singular {
         let [x, y] = point.theta_arcsec;
-        text += &format!("{x:14.9}  {y:14.9}  singular lens centre, counts {}\n", point.winding);
+        let [x, y] = [x, y].map(|value| decimals_text(value, 9));
+        text += &format!("{x:>16}{y:>16}  singular lens centre, counts {}\n", point.winding);
     }
     let verdict = if found.is_complete() { "complete by the parity count" } else { "NOT proven complete" };
     let half = found.window.half_width_arcsec;

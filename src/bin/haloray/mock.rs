@@ -98,10 +98,17 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         option("--pixel-sampling", value_name(args.pixel_sampling), value_name(SamplingArg::Point)),
         [if args.no_images { "--no-images".into() } else { String::new() }, String::new()],
     ];
-    let about = "Composite lenses drawn from the distributions of a catalogue, and their images behind a line of sight.";
-    stage_page(&staging, "", &record("mock", &options.concat(), about, &provenance))?;
+    let about = format!(
+        "{} composite lenses drawn from the distributions of a catalogue, and their images behind a line of sight.",
+        systems.len()
+    );
+    stage_page(&staging, "", &record("mock", &options.concat(), &about, &provenance))?;
     let files = commit(staging)?;
     StateFile::beside(&args.output, "study", String::new()).remove();
+    if !bars.is_quiet() {
+        let of_images = images.as_ref().map_or(0, |(names, _)| names.len());
+        crate::terminal::print(&format!("{} systems drawn, {of_images} imaged\n", systems.len()));
+    }
     print_files(&files, bars);
     Ok(())
 }

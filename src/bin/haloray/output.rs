@@ -19,6 +19,9 @@ pub enum Output {
     Folder(Staging),
 }
 
+/// A list of files ends about here.
+const LINE_WIDTH: usize = 88;
+
 /// Extensions of files; a folder is not meant by them.
 const FILES: [&str; 10] = ["csv", "h5", "hdf5", "fits", "fit", "png", "svg", "pdf", "json", "toml"];
 
@@ -75,7 +78,10 @@ pub fn finish_study(staging: Staging, result: &str, record: &RunRecord, bars: &B
     stage_page(&staging, "", record)?;
     let files = commit(staging)?;
     if !bars.is_quiet() {
-        crate::terminal::print(result);
+        // Pictures are for pages.
+        let lines = result.trim_end().lines().filter(|line| !line.starts_with("!["));
+        let told = lines.map(|line| format!("{line}\n")).collect::<String>();
+        crate::terminal::print(&(told.trim_end().to_owned() + "\n"));
     }
     print_files(&files, bars);
     Ok(())
@@ -104,7 +110,7 @@ pub fn print_files(files: &[PathBuf], bars: &Bars) {
     }
 }
 
-/// One file by its path; several by their folder and names, with folders in it as one entry.
+/// One file by its path; several by their folder and as many names as a line holds, with folders in it as one entry.
 fn listed(files: &[PathBuf]) -> String {
     let folder = common_folder(files);
     if let ([file], _) | ([file, ..], None) = (files, &folder) {
@@ -121,12 +127,27 @@ fn listed(files: &[PathBuf]) -> String {
             None => entries.push((name, 1)),
         }
     }
+    // The page first, then what holds numbers; last what says where a table comes from.
+    let ends_with = |name: &str, ends: &[&str]| ends.iter().any(|end| name.ends_with(end));
+    entries.sort_by_key(|(name, _)| match name.as_str() {
+        PAGE_FILE => 0,
+        name if ends_with(name, &[".h5", ".nc", ".csv", "summary.json", "/"]) => 1,
+        name if ends_with(name, &[".provenance.toml", "report.json"]) => 3,
+        _ => 2,
+    });
     let entry = |(name, count): &(String, usize)| match name.ends_with('/') {
         true => format!("{name} ({count})"),
         false => name.clone(),
     };
-    let names: Vec<String> = entries.iter().map(entry).collect();
-    format!("files in {}: {}\n", folder.display(), names.join(", "))
+    let mut line = format!("files in {}: ", folder.display());
+    for (i, told) in entries.iter().map(entry).enumerate() {
+        let left = entries.len() - i;
+        if i > 0 && line.chars().count() + told.chars().count() > LINE_WIDTH {
+            return format!("{line} and {left} more\n");
+        }
+        line += &if i > 0 { format!(", {told}") } else { told };
+    }
+    line + "\n"
 }
 
 /// The deepest folder that holds all files.

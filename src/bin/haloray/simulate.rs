@@ -18,8 +18,8 @@ use crate::summary;
 /// Run the whole chain: haloes, tracing, diagnostics, maps, the two images, files and figures.
 ///
 /// Without a configuration the embedded preset `paper` runs: section 4 of Hogg, Fleury, Larena & Martinelli 2023 at
-/// its real size. The folder then holds run.h5 (everything, see docs/FILES.md), summary.json, config.toml, four FITS
-/// images and the figures as SVG and PNG.
+/// its real size. The folder then holds run.h5 (everything, see docs/FILES.md), report.html (all of it as a
+/// page), summary.json, config.toml, four FITS images and the figures as SVG and PNG.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  haloray simulate -o run\n  haloray simulate --preset consistent --seed 7 -o run7\n  \

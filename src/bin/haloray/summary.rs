@@ -44,7 +44,7 @@ fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) ->
         run.config.diagnostics.delta_threshold,
         run.config.diagnostics.theta_e_arcsec,
     )?;
-    writeln!(text, "             largest κ_h on the axis {}", plain(summary.largest_kappa_h))?;
+    writeln!(text, "             largest κ_h on the axis {}", unsigned(plain(summary.largest_kappa_h)))?;
     if summary.number_excluded_by_kappa > 0 {
         writeln!(text, "             {} left out by haloes.max_kappa", summary.number_excluded_by_kappa)?;
     }
@@ -120,7 +120,12 @@ fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::
         ("Δ_tot", "delta_tot"),
         ("Δ_tot, disc", "delta_tot_disc"),
     ] {
-        writeln!(text, "{label:<13}{:^24}{:^24}", plain(all.get(name)), plain(tidal.get(name)))?;
+        // Δ is a modulus.
+        let shown = |quantities: &Quantities| match plain(quantities.get(name)) {
+            value if name.starts_with("delta") => unsigned(value),
+            value => value,
+        };
+        writeln!(text, "{label:<13}{:^24}{:^24}", shown(all), shown(tidal))?;
     }
     Ok(())
 }
@@ -157,6 +162,11 @@ fn plain(value: f64) -> String {
         1e-3..1e6 => fixed(value),
         _ => signed_text(value, 3),
     }
+}
+
+/// Without the plus that only signed quantities need.
+fn unsigned(text: String) -> String {
+    text.trim_start_matches('+').to_owned()
 }
 
 /// With five decimals and a sign.

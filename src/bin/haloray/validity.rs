@@ -26,8 +26,9 @@ use crate::settings::{Settings, check_draws, provenance, psf};
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
                   haloray study validity --preset consistent -n 1000 --estimate laplace -o validity\n  \
-                  haloray study validity --preset consistent -n 200 --estimate laplace --views all --starts truth \
-                  --vary source.radius_arcsec=0.1,0.6 --vary lens.einstein_radius_arcsec=0.8,2 -o varied")]
+                  haloray study validity --preset consistent -n 200 --estimate laplace --views all \\\n    \
+                  --starts truth --vary source.radius_arcsec=0.1,0.6 \\\n    \
+                  --vary lens.einstein_radius_arcsec=0.8,2 -o varied")]
 pub struct ValidityArgs {
     #[command(flatten)]
     settings: Settings,

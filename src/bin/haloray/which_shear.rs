@@ -19,7 +19,7 @@ use crate::settings::{Settings, provenance, psf};
 /// ring, of the image's light, and of the nearest tidal and flexion models. Writes which_shear.csv, a figure and result.md.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example:\n  printf '[source]\\nsersic_index = 1.0\\n' > n1.toml\n  haloray study which-shear n1.toml --preset consistent -n 35 -o which_shear    # a minute or two a sightline"
+    after_help = "Example:\n  printf '[source]\\nsersic_index = 1.0\\n' > n1.toml\n  haloray study which-shear n1.toml --preset consistent -n 35 -o which_shear\n\nA sightline takes a minute or two."
 )]
 pub struct WhichShearArgs {
     #[command(flatten)]

@@ -67,6 +67,8 @@ fn small_text(value: f64) -> String {
 }
 
 fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
+    /// So that a dot on the edge is whole.
+    const ROOM: f64 = 0.03;
     let right = parameters.len() as f64 + 1.0;
     let points = (1..).zip(parameters).map(|(i, p)| [f64::from(i), p.coverage]).collect();
     let dots = Shape::Dots { points, colour: Colour::RED, radius_pt: 1.5, opacity: 1.0 };
@@ -77,7 +79,8 @@ fn coverage_panel(parameters: &[RankHistogram]) -> Panel {
     ];
     let x = Axis::linear("number of the panel").between(0.0, right);
     // The caption says what it is: a label would move the panel away from the others.
-    let y = Axis::linear("").between(0.4, 1.0);
+    let lowest = parameters.iter().map(|p| p.coverage - ROOM).fold(0.4, f64::min);
+    let y = Axis::linear("").between(lowest, 1.0 + ROOM);
     captioned(Panel::new(x, y, marks), "coverage of 68% intervals".into())
 }
 

@@ -41,8 +41,8 @@ pub fn cylinder(data: &CylinderData) -> Figure {
         scatter(smooth, stride, Colour::BLUE, 0.55).named(format!("Δ_{{h}} < {threshold}{share}")),
         scatter(rough, 1, Colour::RED, 0.75).named(format!("Δ_{{h}} ≥ {threshold}")),
     ];
-    let lens = plane(data.lens_distance_cmpc, " lens", Anchor::Start);
-    let source = plane(data.source_distance_cmpc, "source ", Anchor::End);
+    let lens = plane(data.lens_distance_cmpc, "lens", Anchor::Start);
+    let source = plane(data.source_distance_cmpc, "source", Anchor::End);
 
     let farthest = data.distance_cmpc.iter().copied().chain([data.source_distance_cmpc]);
     let end = farthest.filter(|distance| distance.is_finite()).fold(0.0, f64::max);
@@ -59,9 +59,11 @@ pub fn cylinder(data: &CylinderData) -> Figure {
 /// A dashed line at a plane with its name at the lower end.
 fn plane(distance_cmpc: f64, name: &str, anchor: Anchor) -> [Mark; 2] {
     let (at, colour, halo) = (At::DataFraction(distance_cmpc, 0.06), Colour::BLACK, Some(Colour::WHITE));
+    // A space that no line ends at keeps the letters off the line.
+    let text = if anchor == Anchor::Start { format!("\u{a0}{name}") } else { format!("{name}\u{a0}") };
     [
         Mark::rule(Rule::X(distance_cmpc), Stroke::dashed(Colour::BLACK, 0.9)),
-        Shape::Text { at, text: name.into(), anchor, colour, halo }.into(),
+        Shape::Text { at, text, anchor, colour, halo }.into(),
     ]
 }
 

@@ -14,7 +14,7 @@ pub fn tidal_maps(grids: [GridData; 3], centres: [f64; 3], einstein_radius_arcse
         if centres[i] == 0.0 || !centres[i].is_finite() {
             name.into()
         } else {
-            format!("{name}  (white: {} on the axis)", format!("{:.4}", centres[i]).replace('-', "−"))
+            format!("{name}  (white: axis, {})", format!("{:.4}", centres[i]).replace('-', "−"))
         }
     };
     let labels = [told(0), told(1), told(2)];
@@ -56,10 +56,7 @@ mod tests {
     fn white_is_zero_or_said_to_be_the_value_on_the_axis() {
         let grid = GridData::square(&[-0.02, 0.01, 0.0, 0.02], 2, 1.0);
         let svg = tidal_maps([grid; 3], [0.0, -0.0123, f64::NAN], 1.0).to_svg();
-        assert!(
-            svg.matches("on the axis").count() == 1 && svg.contains("(white: −0.0123 on the axis)"),
-            "{svg}"
-        );
+        assert!(svg.matches("white: axis").count() == 1 && svg.contains("(white: axis, −0.0123)"), "{svg}");
     }
 
     #[test]

@@ -36,8 +36,8 @@ pub fn tidal_residuals(models: &[ModelResiduals; 2], einstein_radius_arcsec: f64
         let colours = ColourScale::symmetric_about(0.0, models[i].image.values, 1.0);
         models[i].image.panel_with_bar(colours, i, &format!("(image − image_{{{}}})/σ", NAMES[i]), 1)
     };
-    let rms = comparison(&tidal.rms_arcsec, &flexion.rms_arcsec, "rms of the", "[arcsec]");
-    let chi_squared = comparison(&tidal.chi_squared, &flexion.chi_squared, "image χ^{2} of the", "");
+    let rms = comparison(&tidal.rms_arcsec, &flexion.rms_arcsec, "rms", " [arcsec]");
+    let chi_squared = comparison(&tidal.chi_squared, &flexion.chi_squared, "image χ^{2}", "");
     let panels = [map(0), map(1), rms, image(0), image(1), chi_squared];
     Figure::full_width("Residuals of the tidal and flexion models", tidal.rays.aspect(), 3, panels)
 }
@@ -49,7 +49,7 @@ fn comparison(tidal: &[f64], flexion: &[f64], what: &str, unit: &str) -> Panel {
     let equal = Mark::line([[low; 2], [high; 2]], Stroke::dashed(Colour::BLACK, 0.8)).named("equal");
     let (points, colour) = (points(tidal, flexion), Colour::BLUE);
     let cones = Mark::from(Shape::Dots { points, colour, radius_pt: 1.2, opacity: 0.8 });
-    let axis = |model: &str| Axis::log(&format!("{what} {model} model {unit}"));
+    let axis = |model: &str| Axis::log(&format!("{what}, {model}{unit}"));
     let panel = Panel::new(axis("tidal"), axis("flexion"), [equal, cones.named("one cone each")]);
     Panel { legend: Corner::TopLeft, ..panel }
 }

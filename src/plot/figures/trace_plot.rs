@@ -39,7 +39,7 @@ pub fn trace_plot(parameters: &[TraceParameter]) -> Figure {
         let limits = (draws > 0).then_some((0.0, draws as f64));
         let draw_axis = Axis { limits, ..Axis::linear("draw").outer(is_last) };
         let rank_axis = Axis::linear("rank of draw").between(0.0, 1.0).outer(is_last);
-        let highest = shares.concat().into_iter().fold(2.0, f64::max);
+        let highest = 1.04 * shares.concat().into_iter().fold(2.0, f64::max);
         let share_axis = Axis::linear("share").between(0.0, highest);
         panels.push(Panel::new(draw_axis, Axis::linear(label), traces.chain(truth)));
         panels.push(Panel::new(rank_axis, share_axis, ranks.chain([even])));

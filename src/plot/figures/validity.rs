@@ -80,8 +80,9 @@ pub fn coverage(views: &[CoverageView]) -> Figure {
         let marks: Vec<Mark> = view.sets.iter().enumerate().map(curve).chain([right]).collect();
         let x = Axis::log("deviation from the definition [σ]").between(0.1, 100.0);
         let y = Axis::linear("fraction of fits").between(0.0, 1.0);
+        // Large deviations are of few fits: the curves leave that corner free.
         captioned(
-            Panel { legend: Corner::TopLeft, ..Panel::new(x, y, marks) },
+            Panel { legend: Corner::BottomRight, ..Panel::new(x, y, marks) },
             format!("seen: {}", view.view),
         )
     };
@@ -176,7 +177,13 @@ pub fn varying_haloes([tidal, others]: [Vec<[f64; 2]>; 2]) -> Figure {
         dots(tidal, Colour::BLUE, "χ² as of the tidal twin"),
         dots(others, Colour::ORANGE, "χ² above it by 25"),
     ];
-    let panel = Panel::new(Axis::linear("z"), Axis::log("M_{200c} [M_⊙]"), marks);
+    let mut panel = Panel::new(Axis::linear("z"), Axis::log("M_{200c} [M_{⊙}]"), marks);
+    let masses = panel.marks.iter().flat_map(Mark::points).map(|[_, mass]| mass);
+    let (low, high) = masses.fold((f64::INFINITY, 0.0), |(low, high), m| (m.min(low), m.max(high)));
+    if low > 0.0 && high.is_finite() && low <= high {
+        // Room for the legend.
+        panel.y = panel.y.between(0.7 * low, 8.0 * high);
+    }
     Figure::one_column("The halo whose shear changes most", 0.8, panel)
 }
 

@@ -54,7 +54,7 @@ function choosePanels(section, parameters) {
     told.textContent = n === 0 ? "Choose parameters to see their panels."
       : `${n} of ${boxes.length} parameters; ${count.toLocaleString("en")} of ${parameters[0].number_of_draws.toLocaleString("en")} draws are shown, intervals are of all.`;
     if (n === 0) return;
-    const side = n <= 3 ? 190 : n <= 6 ? 130 : 96, gap = 8, left = 78, top = 22, wide = left + n * (side + gap) + 110, high = top + n * (side + gap) + 44;
+    const side = n <= 3 ? 190 : n <= 6 ? 130 : 96, gap = n <= 6 ? 12 : 8, left = 78, top = 24, wide = left + n * (side + gap) + 110, high = top + n * (side + gap) + 44;
     const svg = draw("svg", { viewBox: `0 0 ${wide} ${high}`, role: "img", "font-size": 11, fill: "currentColor", style: `--width: ${wide}px` });
     svg.setAttribute("aria-label", chosen.map((k) => `${parameters[k].name}: ${parameters[k].interval_text} ${parameters[k].unit}`).join("; "));
     const points = Math.min(count, Math.ceil(60000 / Math.max(1, n * (n - 1) / 2))), every = Math.ceil(count / points);
@@ -71,7 +71,7 @@ function choosePanels(section, parameters) {
           draw("rect", { x: x(interval[0]), y: y0, width: x(interval[1]) - x(interval[0]), height: side, class: "band" }),
           draw("path", { d: `M${x0} ${y0 + side}${path}V${y0 + side}Z`, class: "steps" }),
           draw("path", { d: `M${x(median)} ${y0}V${y0 + side}`, class: "median" }),
-          words(n <= 6 ? `${label} = ${interval_text}` : label, { x: x0, y: y0 - 6 }));
+          words(n <= 6 ? `${label} = ${interval_text}` : label, { x: x0, y: y0 - 8 }));
       } else {
         let path = "";
         for (let k = 0; k < count; k += every) {

@@ -24,13 +24,13 @@ const CAPTIONS: [(&str, &str, &str); 37] = [
     (
         "tidal_maps",
         "Convergence and shear",
-        "κ, γ₁ and γ₂ of the haloes over the field, main lens excluded. The dashed circle is the Einstein radius. \
-         In a tidal field the three would be flat.",
+        "κ, γ₁ and γ₂ of the haloes over the field, main lens excluded; white is what the bar says. The dashed circle is the Einstein radius, solid lines \
+         are critical curves of the lens, where they were asked for. In a tidal field the three would be flat.",
     ),
     (
         "flexion_maps",
         "Flexion and Δ",
-        "|F| and |G|, the derivatives of the field, and Δ, its change relative to the shear on the axis.",
+        "|F| and |G|, the derivatives of the field, and Δ, its change relative to the shear on the axis; curves as above.",
     ),
     (
         "cylinder",
@@ -69,7 +69,8 @@ const CAPTIONS: [(&str, &str, &str); 37] = [
     (
         "tidal_residuals",
         "What tidal and flexion models leave",
-        "Above the tidal, below the flexion model: residuals in β and in the image of the first sightline, and those of all.",
+        "Left the tidal, in the middle the flexion model: above what each leaves in β, below in the image of the first sightline. \
+         Right both models in all sightlines.",
     ),
     ("cut", "What the shear cut changes", "Changes against the loosest cut, of tensors and of the image."),
     (
@@ -126,7 +127,8 @@ const CAPTIONS: [(&str, &str, &str); 37] = [
     (
         "calibration",
         "Calibration",
-        "Ranks of the truth among the draws of each posterior; flat inside the band if posteriors are right.",
+        "Ranks of the truth among the draws of each posterior; flat inside the band if posteriors are right. Above each: the \
+         probability of ranks as uneven, and how many 68% intervals hold the truth, which the last panel has of all.",
     ),
     (
         "recovery",

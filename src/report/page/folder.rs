@@ -19,6 +19,9 @@ use crate::io::{Table, files_of_run, read_text};
 /// Tables of files that are shown; `catalogue.csv` and `curves.csv` are for programs.
 const NOT_SHOWN: [&str; 2] = ["catalogue.csv", "curves.csv"];
 
+/// A table of more rows is folded.
+const MOST_ROWS_OPEN: usize = 40;
+
 /// What the files of a folder are.
 const FILES: [(&str, &str); 30] = [
     ("run.h5", "everything: haloes, maps, images, diagnostics"),
@@ -100,6 +103,12 @@ pub(super) fn read(folder: &Path) -> Result<Page> {
             page.warnings.extend(of_table(file, &table));
             page.tables.push(shown);
         }
+    }
+    // Where a table is all there is to read, it is open.
+    if let [only] = page.tables.as_mut_slice()
+        && page.facts.is_empty()
+    {
+        only.is_folded = only.rows.len() > MOST_ROWS_OPEN;
     }
     page.posterior = posterior(folder);
     let left_out;

@@ -3,9 +3,9 @@
 use serde_json::{Map, Value};
 
 use super::model::{Cell, Fact, Label, PageTable};
-use super::tables::{DIGITS, name_cell, number_cell, text_cell};
+use super::tables::{DIGITS, capital, name_cell, number_cell, text_cell};
 use super::words::label;
-use crate::report::number_text;
+use crate::report::{interval_text, number_text, probability_text, with_error_text};
 
 /// What a person wants first, where a summary has it, in this order; a dot leads into an object.
 const FIRST: [&str; 31] = [
@@ -47,8 +47,6 @@ const FITTED: [&str; 3] = ["gamma1_los", "gamma2_los", "lens.theta_E"];
 
 /// Significant digits of the first numbers.
 const FACT_DIGITS: usize = 4;
-/// Of their standard errors.
-const ERROR_DIGITS: usize = 2;
 /// Columns of a table of parameters that come first.
 const COLUMNS_FIRST: [&str; 12] = [
     "name",
@@ -97,9 +95,13 @@ fn at<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
 fn fitted(summary: &Value, name: &str) -> Option<Fact> {
     let parameters = summary.get("parameters")?.as_array()?;
     let parameter = parameters.iter().find(|parameter| parameter["name"] == name)?;
-    let number = |key: &str| Some(number_text(parameter[key].as_f64()?, FACT_DIGITS));
-    let value = format!("{} [{}, {}]", number("median")?, number("hpd68_low")?, number("hpd68_high")?);
-    Some(Fact { label: label(name), value })
+    let number = |key: &str| parameter[key].as_f64();
+    let value = interval_text(number("median")?, [number("hpd68_low")?, number("hpd68_high")?]);
+    let label = match name {
+        "lens.theta_E" => Label { text: "θ".into(), sub: "E".into(), unit: "arcsec".into(), ..label(name) },
+        _ => label(name),
+    };
+    Some(Fact { label, value })
 }
 
 fn fact(summary: &Value, path: &str) -> Option<Fact> {
@@ -114,10 +116,13 @@ fn fact(summary: &Value, path: &str) -> Option<Fact> {
         _ => {}
     }
     let number = |value: &Value| value.as_f64().map(|number| number_text(number, FACT_DIGITS));
+    let probability = |value: &Value| {
+        let text = probability_text(value.as_f64()?, FACT_DIGITS);
+        Some(text.trim_start_matches("= ").to_owned())
+    };
     let value = match (value, value.as_array().map(Vec::as_slice)) {
-        (_, Some([value, error])) => {
-            format!("{} ± {}", number(value)?, number_text(error.as_f64()?, ERROR_DIGITS))
-        }
+        (_, Some([value, error])) => with_error_text(value.as_f64()?, error.as_f64()?),
+        _ if name == "p_value" => probability(value)?,
         _ => number(value).or_else(|| words(value))?,
     };
     Some(Fact { label, value })
@@ -198,7 +203,7 @@ fn beside_each_other(object: &Map<String, Value>) -> Option<PageTable> {
 /// The columns of an ensemble: how each is distributed over the sightlines.
 fn over_sightlines(object: &Map<String, Value>) -> Option<PageTable> {
     const HEADS: [&str; 9] =
-        ["quantity", "unit", "mean", "standard deviation", "16%", "50%", "84%", "least", "largest"];
+        ["quantity", "mean", "standard deviation", "16%", "50%", "84%", "least", "largest", "unit"];
     let columns = object.get("columns")?.as_object()?;
     let mut names: Vec<&String> = columns.keys().collect();
     names.sort_by_key(|name| rank_of_quantity(name));
@@ -207,10 +212,8 @@ fn over_sightlines(object: &Map<String, Value>) -> Option<PageTable> {
         let numbers = [&column["mean"], &column["standard_deviation"]].into_iter();
         let numbers =
             numbers.chain((1..4).map(|i| &column["quantiles"][i])).chain((0..2).map(|i| &column["range"][i]));
-        [name_cell(name), text_cell(column["unit"].as_str().unwrap_or(""))]
-            .into_iter()
-            .chain(numbers.map(cell))
-            .collect()
+        let unit = text_cell(column["unit"].as_str().unwrap_or(""));
+        [name_cell(name)].into_iter().chain(numbers.map(cell)).chain([unit]).collect()
     };
     Some(PageTable {
         id: "table-sightlines".into(),
@@ -255,11 +258,6 @@ fn the_rest(object: &Map<String, Value>) -> PageTable {
 
 fn head(text: &str) -> Label {
     Label { text: text.into(), ..Label::default() }
-}
-
-fn capital(text: &str) -> String {
-    let mut characters = text.chars();
-    characters.next().map_or(String::new(), |first| first.to_uppercase().chain(characters).collect())
 }
 
 fn warnings(summary: &Value) -> Vec<String> {
@@ -319,7 +317,7 @@ mod tests {
         let numbers = Numbers::of(&summary);
         assert_eq!(numbers.warnings.len(), 2);
         let facts: Vec<&str> = numbers.facts.iter().map(|fact| fact.value.as_str()).collect();
-        assert_eq!(facts, ["−0.01200 [−0.02000, −0.004000]", "no", "yes", "20.90"]);
+        assert_eq!(facts, ["−0.012 [−0.020, −0.004]", "no", "yes", "20.90"]);
         let row: Vec<&str> = numbers.tables[0].rows[0].iter().map(|cell| cell.text.as_str()).collect();
         assert_eq!(row, ["gamma1_los", "", "−0.012000", "−0.020000", "−0.0040000", "1"]);
         assert!(numbers.tables[1].rows.iter().any(|row| row[3].text == "amplitudes"));
@@ -341,11 +339,11 @@ mod tests {
         let numbers = Numbers::of(&serde_json::json!({"number_of_sightlines": 7, "number_failed": 1,
             "rms_gamma_los": [0.027_61, 0.003_74], "columns": {"kappa_os": column, "gamma1_los": column}}));
         let facts: Vec<&str> = numbers.facts.iter().map(|fact| fact.value.as_str()).collect();
-        assert_eq!(facts, ["7", "1", "0.02761 ± 0.0037"]);
+        assert_eq!(facts, ["7", "1", "0.0276 ± 0.0037"]);
         let row: Vec<&str> = numbers.tables[0].rows[0].iter().map(|cell| cell.text.as_str()).collect();
         assert_eq!(
             row,
-            ["gamma1_los", "", "0.50000", "0.25000", "0.20000", "0.30000", "0.40000", "0", "undefined"]
+            ["gamma1_los", "0.50000", "0.25000", "0.20000", "0.30000", "0.40000", "0", "undefined", ""]
         );
         assert!(numbers.warnings[0].starts_with("Sightlines that could not be computed: 1"));
     }

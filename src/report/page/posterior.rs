@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::model::PosteriorParameter;
 use crate::inference::DrawStatistics;
 use crate::io::{PosteriorVariable, read_posterior};
-use crate::report::number_text;
+use crate::report::interval_text;
 
 /// Name of the file.
 const POSTERIOR_FILE: &str = "posterior.nc";
@@ -40,10 +40,6 @@ pub(super) fn posterior(folder: &Path) -> Vec<PosteriorParameter> {
 fn parameter(variable: &PosteriorVariable) -> Option<PosteriorParameter> {
     let draws = variable.draws.concat();
     let DrawStatistics { median, hpd68_low, hpd68_high, .. } = DrawStatistics::of(&draws)?;
-    // Two digits of the interval's width.
-    let power = |value: f64| if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    let last = power(hpd68_high - hpd68_low) - 1;
-    let number = |value: f64| number_text(value, (power(value) - last + 1).clamp(1, 10) as usize);
     let every = draws.len().div_ceil(MOST_DRAWS).max(1);
     // About the median, so that four bytes keep the digits of a narrow posterior.
     let about = draws.iter().step_by(every).map(|draw| (draw - median) as f32);
@@ -52,7 +48,7 @@ fn parameter(variable: &PosteriorVariable) -> Option<PosteriorParameter> {
         name: variable.name.clone(),
         label: if variable.label.is_empty() { variable.name.clone() } else { variable.label.clone() },
         unit: variable.unit.clone(),
-        interval_text: format!("{} [{}, {}]", number(median), number(hpd68_low), number(hpd68_high)),
+        interval_text: interval_text(median, [hpd68_low, hpd68_high]),
         median,
         interval: [hpd68_low, hpd68_high],
         draws: STANDARD.encode(bytes),

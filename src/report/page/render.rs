@@ -54,7 +54,9 @@ fn signs(text: &str) -> String {
                 ("sup", inner, inner.len() + 2)
             }
             (false, _) if is_sign(before) => {
-                let end = after.find(|c: char| !c.is_alphanumeric()).unwrap_or(after.len());
+                // The T of a transposed matrix is a letter of Unicode, raised.
+                let ends = |c: char| !c.is_alphanumeric() || c == 'ᵀ';
+                let end = after.find(ends).unwrap_or(after.len());
                 ("sub", &after[..end], end)
             }
             _ => ("", "", 0),
@@ -69,9 +71,15 @@ fn signs(text: &str) -> String {
     html + rest
 }
 
-/// The words of a page, without figures and grids.
+/// The words of a page, without figures, grids and configuration.
 pub(super) fn words_of(page: &Page) -> String {
-    let without = Page { grids: Vec::new(), figures: Vec::new(), posterior: Vec::new(), ..page.clone() };
+    let without = Page {
+        grids: Vec::new(),
+        figures: Vec::new(),
+        posterior: Vec::new(),
+        configuration: String::new(),
+        ..page.clone()
+    };
     let captions = page.figures.iter().map(|figure| figure.caption.as_str());
     let names = page.grids.iter().flat_map(|set| &set.grids).map(|grid| grid.name.as_str());
     let words = captions.chain(names).collect::<Vec<_>>().join(" ");
@@ -99,6 +107,7 @@ mod tests {
         assert_eq!(signs("Δ_h < 0.1, γ1_LOS."), "Δ<sub>h</sub> &lt; 0.1, γ1<sub>LOS</sub>.");
         assert_eq!(signs("e^{2iφ}, n_sersic, min_ess_"), "e<sup>2iφ</sup>, n_sersic, min_ess_");
         assert_eq!(signs("10 r_s, (F_os), source.r_x"), "10 r<sub>s</sub>, (F<sub>os</sub>), source.r_x");
+        assert_eq!(signs("A_odᵀ A_os"), "A<sub>od</sub>ᵀ A<sub>os</sub>");
     }
 
     #[test]

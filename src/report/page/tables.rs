@@ -5,7 +5,7 @@ use std::path::Path;
 use super::model::{Cell, Label, PageTable};
 use super::words::label;
 use crate::io::{Table, Values};
-use crate::report::number_text;
+use crate::report::{number_text, true_minus};
 
 /// Significant digits in tables.
 pub(super) const DIGITS: usize = 5;
@@ -35,7 +35,10 @@ pub(super) fn of_csv(folder: &Path, file: &str) -> Option<(PageTable, Table)> {
 
 /// A number as it is read and as it is sorted.
 pub(super) fn number_cell(value: f64) -> Cell {
-    let text = if value.is_nan() { "–".into() } else { number_text(value, DIGITS) };
+    // What is whole but for rounding is written whole, as its neighbours in the column are.
+    let whole = value.round();
+    let shown = if (value - whole).abs() < 1e-12 * whole.abs() { whole } else { value };
+    let text = if value.is_nan() { "–".into() } else { number_text(shown, DIGITS) };
     Cell { text, value: value.is_finite().then_some(value), label: None }
 }
 
@@ -67,8 +70,12 @@ pub(super) fn of_markdown(text: &str) -> (Vec<String>, Vec<PageTable>) {
             // A head without a word could not be pressed by its name.
             let text = |head: &str| if head.is_empty() { "quantity".to_owned() } else { head.to_owned() };
             let columns = cells.iter().map(|head| Label { text: text(head), ..Label::default() });
-            let title =
-                if tables.is_empty() { "Result".into() } else { format!("Result, {}", tables.len() + 1) };
+            // Several words above the first column say what the table is of.
+            let title = match cells.first().filter(|head| head.contains(' ')) {
+                Some(head) => capital(head),
+                None if tables.is_empty() => "Result".into(),
+                None => format!("Result, {}", tables.len() + 1),
+            };
             tables.push(PageTable { id, title, columns: columns.collect(), ..PageTable::default() });
             inside = true;
         } else if let Some(table) = tables.last_mut()
@@ -76,7 +83,7 @@ pub(super) fn of_markdown(text: &str) -> (Vec<String>, Vec<PageTable>) {
         {
             let cell = |text: &&str| match is_name(text) {
                 true => name_cell(text),
-                false => Cell { value: leading_number(text), ..text_cell(&with_true_minus(text)) },
+                false => Cell { value: leading_number(text), ..text_cell(&true_minus(text)) },
             };
             table.rows.push(cells.iter().map(cell).collect());
         }
@@ -84,23 +91,16 @@ pub(super) fn of_markdown(text: &str) -> (Vec<String>, Vec<PageTable>) {
     (paragraphs, tables)
 }
 
+/// Words with their first letter large.
+pub(super) fn capital(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or(String::new(), |first| first.to_uppercase().chain(characters).collect())
+}
+
 /// Whether a word is the name of a quantity in files, such as `gamma1_los`.
 fn is_name(text: &str) -> bool {
     let is_letter = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
-    text.contains('_') && text.chars().all(is_letter) && !text.starts_with("N_")
-}
-
-/// Minus signs before numbers as a person writes them.
-fn with_true_minus(text: &str) -> String {
-    let mut before = ' ';
-    let mut rest = text.chars().peekable();
-    let mut written = String::with_capacity(text.len());
-    while let Some(c) = rest.next() {
-        let is_minus = c == '-' && " [(".contains(before) && rest.peek().is_some_and(char::is_ascii_digit);
-        written.push(if is_minus { '−' } else { c });
-        before = c;
-    }
-    written
+    text.contains('_') && text.chars().all(is_letter)
 }
 
 /// The number that a cell begins with, however it is written.

@@ -18,7 +18,7 @@ const UNITS: [(&str, &str); 10] = [
 ];
 
 /// First words that are signs.
-const SIGNS: [(&str, &str, &str); 18] = [
+const SIGNS: [(&str, &str, &str); 19] = [
     ("kappa", "κ", "κ"),
     ("gamma1", "γ₁", "γ"),
     ("gamma2", "γ₂", "γ"),
@@ -36,11 +36,12 @@ const SIGNS: [(&str, &str, &str); 18] = [
     ("e1", "e₁", "e₁"),
     ("e2", "e₂", "e₂"),
     ("chi", "χ", ""),
+    ("a", "A", ""),
     ("abs", "", ""),
 ];
 
 /// Whole names that are called otherwise.
-const NAMES: [(&str, &str, &str); 25] = [
+const NAMES: [(&str, &str, &str); 29] = [
     ("largest_kappa_h", "largest κ_h", "κ"),
     ("rms_gamma_los", "√⟨|γ_LOS|²⟩", "LOS"),
     ("rms_gamma_los_ring", "√⟨|γ_LOS|²⟩ along the ring", "ring"),
@@ -61,6 +62,10 @@ const NAMES: [(&str, &str, &str); 25] = [
     ("coverage", "coverage", "coverage"),
     ("median", "median", "median"),
     ("hpd68", "68% interval", "68% interval"),
+    ("hpd68_low", "68% from", "68% interval"),
+    ("hpd68_high", "68% to", "68% interval"),
+    ("ess_bulk", "ESS, bulk", "ESS"),
+    ("ess_tail", "ESS, tails", "ESS"),
     ("bounded", "inside its prior", "at the edge"),
     ("min_point_shear", "shear cut", "shear cut"),
     ("m200c_msun", "M200c", "M200c"),
@@ -136,6 +141,7 @@ mod tests {
         assert_eq!(shown("gamma1_los_best_tidal"), "γ₁|LOS, best tidal||term-LOS");
         assert_eq!(shown("F2_os_disc_per_arcsec"), "F₂|os, disc|arcsec⁻¹|term-os");
         assert_eq!(shown("delta_tot"), "Δ|tot||term-Δ-tot");
+        assert_eq!(shown("a_xy"), "A|xy||");
         assert_eq!(shown("abs_f"), "|F||||term-F");
         assert_eq!(shown("rms_gamma_los"), "√⟨|γ_LOS|²⟩|||term-LOS");
         assert_eq!(shown("lens.theta_E"), "lens.theta_E|||term-θ-E");
