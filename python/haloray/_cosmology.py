@@ -12,7 +12,7 @@ DEFAULT = (67.4, 0.315)
 
 
 def parameters(cosmology: Any) -> tuple[float, float]:
-    """H0 in km/s/Mpc and Ωm of ``None``, of a pair, of a dictionary with H0 and Om0, or of an astropy ``FlatLambdaCDM``."""
+    """H0 in km/s/Mpc and Ωm of ``None``, of a pair, of a dictionary with H0 and Om0, of an astropy ``FlatLambdaCDM`` or of colossus."""
     if cosmology is None:
         return DEFAULT
     if isinstance(cosmology, dict):
@@ -26,17 +26,19 @@ def parameters(cosmology: Any) -> tuple[float, float]:
     try:
         hubble, matter = cosmology
     except (TypeError, ValueError) as error:
-        allowed = "an astropy FlatLambdaCDM, a dictionary with H0 and Om0, or a pair (H0 in km/s/Mpc, Om0)"
+        allowed = "a FlatLambdaCDM of astropy or colossus, a dictionary with H0 and Om0, or a pair (H0 in km/s/Mpc, Om0)"
         raise refuse("cosmology", cosmology, allowed) from error
     return number("H0", hubble, "km / (s Mpc)"), number("Om0", matter)
 
 
 def _check_flat_matter(cosmology: Any) -> None:
-    temperature = number("Tcmb0", getattr(cosmology, "Tcmb0", 0.0), "K")
+    # colossus knows the temperature for its transfer functions even where its distances leave radiation out.
+    has_radiation = getattr(cosmology, "relspecies", True)
+    temperature = number("Tcmb0", getattr(cosmology, "Tcmb0", 0.0), "K") if has_radiation else 0.0
     if temperature != 0.0:
         raise InputError(
             f"Tcmb0 of the cosmology is {temperature} K, but must be 0: haloray's distances have no radiation; "
-            "use astropy.cosmology.FlatLambdaCDM(H0, Om0)"
+            "use astropy.cosmology.FlatLambdaCDM(H0, Om0), or relspecies=False in colossus"
         )
     total = number("Ode0", getattr(cosmology, "Ode0", 1.0)) + number("Om0", cosmology.Om0)
     if abs(total - 1.0) > 1e-9 or getattr(cosmology, "w0", -1.0) not in (-1.0, -1):

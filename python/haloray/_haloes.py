@@ -88,7 +88,7 @@ class Haloes:
         z_source : float
             Redshift of the source.
         cosmology : optional
-            An astropy ``FlatLambdaCDM`` without radiation, or (H0 in km/s/Mpc, Ωm); (67.4, 0.315) if left out.
+            A ``FlatLambdaCDM`` of astropy, or of colossus, without radiation, or (H0 in km/s/Mpc, Ωm); (67.4, 0.315) if left out.
 
         Returns
         -------

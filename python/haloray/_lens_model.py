@@ -27,7 +27,7 @@ class LensModel:
     lens_redshift_list : list of float, optional
         With ``multi_plane=True`` the redshift of every profile; deflections are reduced to the source.
     cosmo : optional
-        An astropy ``FlatLambdaCDM`` without radiation, or (H0 in km/s/Mpc, Ωm); (67.4, 0.315) if left out.
+        A ``FlatLambdaCDM`` of astropy, or of colossus, without radiation, or (H0 in km/s/Mpc, Ωm); (67.4, 0.315) if left out.
     multi_plane : bool
         A plane for every redshift.
     **unsupported

@@ -87,6 +87,17 @@ def test_cosmologies_of_astropy(haloes):
         hr.Haloes.from_columns(columns, 1.5, cosmology.LambdaCDM(70, 0.3, 0.6))
 
 
+def test_cosmologies_of_colossus(haloes):
+    cosmology = pytest.importorskip("colossus.cosmology.cosmology")
+    own = {"flat": True, "H0": 67.4, "Om0": 0.315, "Ob0": 0.049, "sigma8": 0.81, "ns": 0.965}
+    theirs = cosmology.setCosmology("mine", {**own, "relspecies": False})
+    assert hr.Haloes.from_columns(haloes.to_dict(), 1.5, theirs) == haloes
+    expected = theirs.comovingDistance(0.0, haloes.z) / theirs.h
+    np.testing.assert_allclose(haloes.chi_cmpc, expected, rtol=1e-6)
+    with pytest.raises(hr.InputError, match="radiation"):
+        hr.Haloes.from_columns(haloes.to_dict(), 1.5, cosmology.setCosmology("mine", own))
+
+
 def test_another_source(haloes):
     nearer = haloes.to_source(1.0)
     assert nearer.z_source == 1.0 and len(nearer) == np.sum(haloes.z < 1.0)
@@ -268,12 +279,14 @@ def test_haloes_of_lens_models_and_back(haloes):
     np.testing.assert_allclose(ours, theirs.ray_shooting(x, y, kwargs), rtol=0, atol=1e-11)
 
 
-def test_a_realisation_of_pyhalo():
+@pytest.mark.parametrize(("name", "mass"), [("CDM", {}), ("WDM", {"log_mc": 8.0})])
+def test_a_realisation_of_pyhalo(name, mass):
     presets = pytest.importorskip("pyHalo.preset_models", exc_type=ImportError)
     lens_model = pytest.importorskip("lenstronomy.LensModel.lens_model")
     np.random.seed(3)
-    draw = presets.preset_model_from_name("CDM")
-    realization = draw(0.5, 1.5, sigma_sub=0.02, log_mlow=8.0, log_mhigh=10.0, cone_opening_angle_arcsec=6)
+    draw = presets.preset_model_from_name(name)
+    limits = {"log_mlow": 8.0, "log_mhigh": 10.0, "cone_opening_angle_arcsec": 6}
+    realization = draw(0.5, 1.5, sigma_sub=0.02, **limits, **mass)
     haloes, sheets = hr.from_pyhalo(realization)
     names, redshifts, kwargs, _ = realization.lensing_quantities(add_mass_sheet_correction=True)
     assert len(haloes) + len(sheets) == len(names) and all(kappa < 0.0 for _, kappa in sheets)
@@ -286,11 +299,11 @@ def test_a_realisation_of_pyhalo():
         return [model(lists[0], **lists[1]).ray_shooting(*arguments) for model in (hr.LensModel, lens_model.LensModel)]
 
     # With its sheets, and its haloes alone through the fast planes.
-    np.testing.assert_allclose(*both(range(len(names))), rtol=0, atol=1e-10)
+    np.testing.assert_allclose(*both(range(len(names))), rtol=0, atol=1e-11)
     alone, theirs = both([i for i, name in enumerate(names) if name == "TNFW"])
     fast = hr.LineOfSight(haloes, sheets="none", accuracy_arcsec="exact").ray_shooting(x, y)
     np.testing.assert_allclose(fast, alone, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(fast, theirs, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(fast, theirs, rtol=0, atol=1e-11)
 
 
 def test_threads_are_not_those_of_the_interpreter():
