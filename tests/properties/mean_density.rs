@@ -76,7 +76,7 @@ fn sheets_balance_every_kind_of_haloes() {
         ("without κ_h > 0.01", config(1e-6, |c| c.haloes.max_kappa = Some(0.01)), all),
         ("preset consistent", consistent, all),
     ] {
-        assert_balanced(name, &config, selection, 160, 0.003);
+        assert_balanced(name, &config, selection, 240, 0.003);
     }
 }
 
