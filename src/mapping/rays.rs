@@ -96,8 +96,8 @@ impl HaloExpansion {
     pub fn beta_arcsec(&self, deflection: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let alpha = [0, 1].map(|c| column(deflection, |alpha| alpha[c]));
         let blocks = (0..alpha[0].len()).step_by(LANES).flat_map(|start| {
-            let beta = self.block(start).beta(load(&[&alpha[0], &alpha[1]], start));
-            (0..LANES).map(move |i| [beta.re.0[i], beta.im.0[i]])
+            let (block, alpha) = (self.block(start), load(&[&alpha[0], &alpha[1]], start));
+            (0..LANES).map(move |i| block.beta(i, alpha.lane(i))).map(|beta| [beta.re, beta.im])
         });
         blocks.take(deflection.len()).collect()
     }
@@ -125,37 +125,30 @@ pub(crate) struct HaloBlock {
 }
 
 impl HaloBlock {
-    /// B(α).
+    /// B(α) of ray `i`.
     #[inline(always)]
-    pub fn beta(&self, alpha: C) -> C {
-        let d = alpha - self.deflection;
-        let half = self.second_times(d);
-        self.beta
-            + Cx::new(
-                (self.first[0] + half[0] * 0.5) * d.re + (self.first[1] + half[1] * 0.5) * d.im,
-                (self.first[2] + half[2] * 0.5) * d.re + (self.first[3] + half[3] * 0.5) * d.im,
-            )
+    pub fn beta(&self, i: usize, alpha: Cx<f64>) -> Cx<f64> {
+        let d = alpha - self.deflection.lane(i);
+        let [xx, xy, yx, yy] = self.slopes(i, d * 0.5);
+        self.beta.lane(i) + Cx::new(xx * d.re + xy * d.im, yx * d.re + yy * d.im)
     }
 
-    /// Change of B when α changes by `d_alpha`.
+    /// What a change of α does to B of ray `i`: the factors of dα and of dᾱ.
     #[inline(always)]
-    pub fn along(&self, alpha: C, d_alpha: C) -> C {
-        let slope = self.second_times(alpha - self.deflection);
-        Cx::new(
-            (self.first[0] + slope[0]) * d_alpha.re + (self.first[1] + slope[1]) * d_alpha.im,
-            (self.first[2] + slope[2]) * d_alpha.re + (self.first[3] + slope[3]) * d_alpha.im,
-        )
+    pub fn along(&self, i: usize, alpha: Cx<f64>) -> [Cx<f64>; 2] {
+        let [xx, xy, yx, yy] = self.slopes(i, alpha - self.deflection.lane(i));
+        [Cx::new(xx + yy, yx - xy) * 0.5, Cx::new(xx - yy, yx + xy) * 0.5]
     }
 
-    /// Σ_k B″_ijk d_k.
+    /// B′_ij + Σ_k B″_ijk d_k.
     #[inline(always)]
-    fn second_times(&self, d: C) -> [Lanes; 4] {
-        let b = &self.second;
+    fn slopes(&self, i: usize, d: Cx<f64>) -> [f64; 4] {
+        let (a, b) = (&self.first, &self.second);
         [
-            b[0] * d.re + b[1] * d.im,
-            b[1] * d.re + b[2] * d.im,
-            b[3] * d.re + b[4] * d.im,
-            b[4] * d.re + b[5] * d.im,
+            a[0].0[i] + b[0].0[i] * d.re + b[1].0[i] * d.im,
+            a[1].0[i] + b[1].0[i] * d.re + b[2].0[i] * d.im,
+            a[2].0[i] + b[3].0[i] * d.re + b[4].0[i] * d.im,
+            a[3].0[i] + b[4].0[i] * d.re + b[5].0[i] * d.im,
         ]
     }
 }

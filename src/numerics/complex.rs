@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-use super::real::Real;
+use super::real::{Lanes, Real};
 
 /// re + i·im.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,6 +54,20 @@ impl<R: Real> Cx<R> {
     #[inline(always)]
     pub fn dot(self, other: Self) -> R {
         self.re * other.re + self.im * other.im
+    }
+}
+
+impl Cx<Lanes> {
+    /// The number of lane `i`.
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> Cx<f64> {
+        Cx::new(self.re.0[i], self.im.0[i])
+    }
+
+    /// Puts a number in lane `i`.
+    #[inline(always)]
+    pub fn set_lane(&mut self, i: usize, number: Cx<f64>) {
+        (self.re.0[i], self.im.0[i]) = (number.re, number.im);
     }
 }
 

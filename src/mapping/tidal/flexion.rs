@@ -34,12 +34,11 @@ impl Flexion {
         (z.times(self.f.conj()) * z + z.times(self.f) * bar * 2.0 + bar.times(self.g) * bar) * 0.5
     }
 
-    /// Change of q(z; F, G) when z moves by `dz`.
+    /// What a move of z does to q(z; F, G): the factors F̄z + Fz̄ of dz and Fz + Gz̄ of dz̄.
     #[inline(always)]
-    pub(super) fn bend_along<C: Algebra>(&self, z: C, dz: C) -> C {
-        z.times(self.f.conj()) * dz
-            + (z.conj() * dz + z * dz.conj()).times(self.f)
-            + z.conj().times(self.g) * dz.conj()
+    pub(super) fn along<C: Algebra>(&self, z: C) -> [C; 2] {
+        let bar = z.conj();
+        [z.times(self.f.conj()) + bar.times(self.f), z.times(self.f) + bar.times(self.g)]
     }
 }
 
@@ -109,10 +108,9 @@ impl FlexionModel {
     /// What becomes of the deflection behind the lens: the factors κ_ds + F̄θ + Fθ̄ of α(θ) and γ_ds + Fθ + Gθ̄ of ᾱ(θ),
     /// F and G the 2ds flexion.
     #[inline(always)]
-    pub(super) fn behind_lens<C: Algebra>(&self, theta: C) -> (C, C) {
-        let (two, bar) = (&self.flexion_2ds, theta.conj());
-        let direct = theta.times(two.f.conj()).plus(self.ds.kappa.into()) + bar.times(two.f);
-        (direct, theta.times(two.f).plus(self.ds.gamma) + bar.times(two.g))
+    pub(super) fn behind_lens<C: Algebra>(&self, theta: C) -> [C; 2] {
+        let [direct, crossed] = self.flexion_2ds.along(theta);
+        [direct.plus(self.ds.kappa.into()), crossed.plus(self.ds.gamma)]
     }
 
     /// θ − β from α(θ) and α(θ_d).
@@ -121,7 +119,7 @@ impl FlexionModel {
         let own = theta.times(Complex::new(self.os.kappa, self.os.omega))
             + theta.conj().times(self.os.gamma)
             + self.flexion_os.bend(theta);
-        let (direct, crossed) = self.behind_lens(theta);
+        let [direct, crossed] = self.behind_lens(theta);
         alpha_d + own - direct * alpha - crossed * alpha.conj() + self.flexion_1ds.bend(alpha)
     }
 
@@ -151,7 +149,7 @@ impl FlexionModel {
     fn effective_deflection(&self, x: f64, y: f64, lenses: &[MassModel]) -> Complex<f64> {
         let theta = Complex::new(x, y);
         let (alpha_d, alpha) = (deflection(self.at_lens(theta), lenses), deflection(theta, lenses));
-        let (direct, crossed) = self.behind_lens(theta);
+        let [direct, crossed] = self.behind_lens(theta);
         alpha_d - direct * alpha - crossed * alpha.conj() + self.flexion_os.bend(theta)
     }
 

@@ -6,25 +6,24 @@ use nalgebra::Complex;
 
 use super::algebra::Algebra;
 use crate::numerics::complex::Cx;
-use crate::numerics::real::Real;
 
 /// A complex function of θ = (x, y) with its derivatives: `S` = 0 second ones or all 3.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Jet<R, const S: usize> {
-    pub value: Cx<R>,
+pub(super) struct Jet<const S: usize> {
+    pub value: Cx<f64>,
     /// ∂/∂x, ∂/∂y.
-    pub first: [Cx<R>; 2],
+    pub first: [Cx<f64>; 2],
     /// ∂²/∂x², ∂²/∂x∂y, ∂²/∂y².
-    pub second: [Cx<R>; S],
+    pub second: [Cx<f64>; S],
 }
 
 /// Which two first derivatives make each second one.
 const PAIRS: [(usize, usize); 3] = [(0, 0), (0, 1), (1, 1)];
 
-impl<R: Real, const S: usize> Jet<R, S> {
+impl<const S: usize> Jet<S> {
     /// θ itself as the complex number x + iy.
     #[inline(always)]
-    pub fn theta(x: R, y: R) -> Self {
+    pub fn theta(x: f64, y: f64) -> Self {
         let first = [Cx::splat(1.0, 0.0), Cx::splat(0.0, 1.0)];
         Self { value: Cx::new(x, y), first, second: [Cx::zero(); S] }
     }
@@ -32,7 +31,7 @@ impl<R: Real, const S: usize> Jet<R, S> {
     /// The deflection `alpha` of lenses at this position, by the chain rule from the Hessian of their potential there and, for
     /// second derivatives, its third derivatives.
     #[inline(always)]
-    pub fn deflected(&self, alpha: Cx<R>, hessian: [R; 3], third: [R; 4]) -> Self {
+    pub fn deflected(&self, alpha: Cx<f64>, hessian: [f64; 3], third: [f64; 4]) -> Self {
         let along = [Cx::new(hessian[0], hessian[1]), Cx::new(hessian[1], hessian[2])];
         let mut deflected = Self { value: alpha, ..*self };
         for i in 0..2 {
@@ -69,7 +68,7 @@ macro_rules! linear {
     }};
 }
 
-impl<R: Real, const S: usize> Add for Jet<R, S> {
+impl<const S: usize> Add for Jet<S> {
     type Output = Self;
 
     #[inline(always)]
@@ -85,7 +84,7 @@ impl<R: Real, const S: usize> Add for Jet<R, S> {
     }
 }
 
-impl<R: Real, const S: usize> Sub for Jet<R, S> {
+impl<const S: usize> Sub for Jet<S> {
     type Output = Self;
 
     #[inline(always)]
@@ -94,7 +93,7 @@ impl<R: Real, const S: usize> Sub for Jet<R, S> {
     }
 }
 
-impl<R: Real, const S: usize> Mul<f64> for Jet<R, S> {
+impl<const S: usize> Mul<f64> for Jet<S> {
     type Output = Self;
 
     #[inline(always)]
@@ -103,7 +102,7 @@ impl<R: Real, const S: usize> Mul<f64> for Jet<R, S> {
     }
 }
 
-impl<R: Real, const S: usize> Mul for Jet<R, S> {
+impl<const S: usize> Mul for Jet<S> {
     type Output = Self;
 
     #[inline(always)]
@@ -123,7 +122,7 @@ impl<R: Real, const S: usize> Mul for Jet<R, S> {
     }
 }
 
-impl<R: Real, const S: usize> Algebra for Jet<R, S> {
+impl<const S: usize> Algebra for Jet<S> {
     #[inline(always)]
     fn conj(self) -> Self {
         linear!(self, v => v.conj())

@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 use rayon::prelude::*;
 
-use super::equation::Equation;
+use super::equation::{Equation, deflection};
 use super::jet::Jet;
 use super::model::LineOfSightModel;
 use crate::constants::{ARCSEC_RAD, MPC_OVER_C_DAYS};
@@ -56,10 +56,10 @@ impl TidalLens {
         };
         for block in theta_arcsec.chunks(LANES) {
             let theta = lanes(block);
-            let at_lens = self.expand(equation.at_lens(theta));
+            let at_lens = self.expand(equation.at_lens_lanes(&theta));
             let at_theta = matches!(equation, Equation::Flexion(_)).then(|| self.expand(theta));
             for (i, &[x, y]) in block.iter().enumerate() {
-                let theta = Jet::<f64, S>::theta(x, y);
+                let theta = Jet::<S>::theta(x, y);
                 let alpha_d = self.deflected(equation.at_lens(theta), &at_lens, i);
                 let alpha = at_theta.as_ref().map_or(alpha_d, |lenses| self.deflected(theta, lenses, i));
                 let beta = equation.beta(theta, alpha_d, alpha);
@@ -88,10 +88,10 @@ impl TidalLens {
     #[inline(always)]
     fn deflected<const S: usize>(
         &self,
-        at: Jet<f64, S>,
+        at: Jet<S>,
         (alpha, hessian): &(Cx<Lanes>, [Lanes; 3]),
         lane: usize,
-    ) -> Jet<f64, S> {
+    ) -> Jet<S> {
         let mut third = [0.0; 4];
         if S > 0 {
             for lens in &self.lenses {
@@ -99,8 +99,7 @@ impl TidalLens {
                 third.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
             }
         }
-        let alpha = Cx::new(alpha.re.0[lane], alpha.im.0[lane]);
-        at.deflected(alpha, [hessian[0].0[lane], hessian[1].0[lane], hessian[2].0[lane]], third)
+        at.deflected(alpha.lane(lane), [hessian[0].0[lane], hessian[1].0[lane], hessian[2].0[lane]], third)
     }
 
     /// θ_d: where a ray seen at θ meets the lens.
@@ -132,23 +131,12 @@ impl Mapping for TidalLens {
 fit_kernel! {
     /// β of rays in lanes.
     fn beta(equation: &Equation, lenses: &[MassModel], theta: &Cx<Lanes>) -> Cx<Lanes> {
-        let theta = *theta;
-        let alpha_d = deflection(lenses, equation.at_lens(theta));
-        let alpha = match equation {
-            Equation::Full { .. } => alpha_d,
-            Equation::Flexion(_) => deflection(lenses, theta),
-        };
-        equation.beta(theta, alpha_d, alpha)
+        let alpha_d = deflection(lenses, &equation.at_lens_lanes(theta));
+        match equation {
+            Equation::Full { .. } => equation.beta_lanes(theta, &alpha_d, &alpha_d),
+            Equation::Flexion(_) => equation.beta_lanes(theta, &alpha_d, &deflection(lenses, theta)),
+        }
     }
-}
-
-#[inline(always)]
-fn deflection(lenses: &[MassModel], at: Cx<Lanes>) -> Cx<Lanes> {
-    let mut alpha = Cx::zero();
-    for lens in lenses {
-        alpha += lens.deflection_lanes(at.re, at.im);
-    }
-    alpha
 }
 
 /// At most [`LANES`] rays, the last one again where there are fewer.

@@ -5,7 +5,7 @@
 //! their own way to the lens and on to the source; the full equation then adds a tidal field to that of the haloes:
 //! t + (A_od − 1)θ is where a ray meets the lens, and β = B(α) + (A_os − 1)θ − (A_ds − 1)α.
 
-use super::equation::{Equation, act};
+use super::equation::{Equation, deflection};
 use super::flexion::FlexionModel;
 use super::kind::LineOfSightKind;
 use super::tensor::Tidal;
@@ -34,15 +34,6 @@ impl<'a> LensResponse<'a> {
         Self { kind, equation, lenses }
     }
 
-    #[inline(always)]
-    fn deflection(&self, at: C) -> C {
-        let mut alpha = C::zero();
-        for lens in self.lenses {
-            alpha += lens.deflection_lanes(at.re, at.im);
-        }
-        alpha
-    }
-
     /// β of the block of rays that starts there.
     pub fn beta(&self, rays: &Rays, start: usize) -> C {
         beta(self, rays, start)
@@ -51,24 +42,28 @@ impl<'a> LensResponse<'a> {
     #[inline(always)]
     fn beta_here(&self, rays: &Rays, start: usize) -> C {
         let (theta, haloes) = (rays.block(start), rays.haloes.as_ref().map(|haloes| haloes.block(start)));
-        let alpha_d = self.deflection(self.at_lens(theta, haloes.as_ref()));
-        let alpha = match self.equation {
-            Equation::Full { .. } => alpha_d,
-            Equation::Flexion(_) => self.deflection(theta),
+        let alpha_d = deflection(self.lenses, &self.at_lens(&theta, haloes.as_ref()));
+        let mut beta = match self.equation {
+            Equation::Full { .. } => self.equation.beta_lanes(&theta, &alpha_d, &alpha_d),
+            Equation::Flexion(_) => {
+                self.equation.beta_lanes(&theta, &alpha_d, &deflection(self.lenses, &theta))
+            }
         };
-        let beta = self.equation.beta(theta, alpha_d, alpha);
-        match haloes {
-            Some(haloes) => beta + (haloes.beta(alpha_d) - theta + alpha_d),
-            None => beta,
+        if let Some(haloes) = &haloes {
+            for i in 0..LANES {
+                let alpha = alpha_d.lane(i);
+                beta.set_lane(i, beta.lane(i) + (haloes.beta(i, alpha) - theta.lane(i) + alpha));
+            }
         }
+        beta
     }
 
     /// Where rays meet the lens.
     #[inline(always)]
-    fn at_lens(&self, theta: C, haloes: Option<&HaloBlock>) -> C {
-        let at = self.equation.at_lens(theta);
+    fn at_lens(&self, theta: &C, haloes: Option<&HaloBlock>) -> C {
+        let at = self.equation.at_lens_lanes(theta);
         match haloes {
-            Some(haloes) => at + (haloes.at_lens - theta),
+            Some(haloes) => at + (haloes.at_lens - *theta),
             None => at,
         }
     }
@@ -77,7 +72,7 @@ impl<'a> LensResponse<'a> {
     pub fn deflections(&self, rays: &Rays) -> Vec<[f64; 2]> {
         let block = |start| {
             let haloes = rays.haloes.as_ref().map(|haloes| haloes.block(start));
-            let alpha = self.deflection(self.at_lens(rays.block(start), haloes.as_ref()));
+            let alpha = deflection(self.lenses, &self.at_lens(&rays.block(start), haloes.as_ref()));
             (0..LANES).map(move |i| [alpha.re.0[i], alpha.im.0[i]])
         };
         rays.blocks().flat_map(block).take(rays.count()).collect()
@@ -89,83 +84,78 @@ impl<'a> LensResponse<'a> {
         respond(self, rays, start, by_parameter)
     }
 
+    /// The lenses in lanes, the equation ray by ray, in loops that the compiler makes lanes of.
     #[inline(always)]
     fn respond_here(&self, rays: &Rays, start: usize, by_parameter: &mut [C]) -> C {
         let (theta, haloes) = (rays.block(start), rays.haloes.as_ref().map(|haloes| haloes.block(start)));
-        let numbers = self.kind.parameters().len();
-        let (by_number, by_lens) = by_parameter.split_at_mut(numbers);
-        let mut own = [C::zero(); MOST_NUMBERS];
-        let beta = match &self.equation {
+        let (by_number, by_lens) = by_parameter.split_at_mut(self.kind.parameters().len());
+        let at_lens = self.lens_response(&self.at_lens(&theta, haloes.as_ref()), by_lens);
+        let mut block = Block { beta: C::zero(), behind: [C::zero(); 2], own: [C::zero(); MOST_NUMBERS] };
+        match &self.equation {
             Equation::Full { ds, .. } => {
-                let lens = self.lens_response(self.at_lens(theta, haloes.as_ref()), by_lens);
-                let alpha = lens.deflection;
-                // Plain loops: closures would not be compiled for the instruction set of their caller.
-                let (by_theta, by_alpha) = (by_tensor(theta), by_tensor(alpha));
-                for i in 0..4 {
-                    own[i] = behind_lens(ds, haloes.as_ref(), alpha, lens.along(by_theta[i]));
-                    own[4 + i] = by_theta[i];
-                    own[8 + i] = -by_alpha[i];
+                for i in 0..LANES {
+                    self.respond_full(ds, i, theta.lane(i), &at_lens, haloes.as_ref(), &mut block);
                 }
                 for d in by_lens.iter_mut() {
-                    *d = behind_lens(ds, haloes.as_ref(), alpha, *d);
-                }
-                let beta = self.equation.beta(theta, alpha, alpha);
-                match haloes {
-                    Some(haloes) => beta + (haloes.beta(alpha) - theta + alpha),
-                    None => beta,
+                    for i in 0..LANES {
+                        d.set_lane(i, block.behind(i, d.lane(i)));
+                    }
                 }
             }
-            Equation::Flexion(model) => self.respond_flexion(model, theta, &mut own, by_lens),
-        };
-        by_number.fill(C::zero());
-        for (i, &number) in self.kind.roles().iter().enumerate() {
-            by_number[number] += own[i] * if self.kind.turns(i) { -1.0 } else { 1.0 };
+            Equation::Flexion(model) => {
+                let mut by_lens_at_theta = [C::zero(); MANY_LENSES];
+                let by_lens_at_theta = &mut by_lens_at_theta[..by_lens.len()];
+                let at_theta = self.lens_response(&theta, by_lens_at_theta);
+                for i in 0..LANES {
+                    respond_flexion(model, i, theta.lane(i), &at_theta, &at_lens, &mut block);
+                }
+                for (d, at_theta) in by_lens.iter_mut().zip(by_lens_at_theta) {
+                    for i in 0..LANES {
+                        d.set_lane(i, block.behind(i, at_theta.lane(i)) - d.lane(i));
+                    }
+                }
+            }
         }
-        beta
+        by_number.fill(C::zero());
+        for (own, (i, &number)) in block.own.iter().zip(self.kind.roles().iter().enumerate()) {
+            by_number[number] += *own * if self.kind.turns(i) { -1.0 } else { 1.0 };
+        }
+        block.beta
     }
 
     #[inline(always)]
-    fn respond_flexion(
+    fn respond_full(
         &self,
-        model: &FlexionModel,
-        theta: C,
-        own: &mut [C; MOST_NUMBERS],
-        by_lens: &mut [C],
-    ) -> C {
-        let mut at_theta = [C::zero(); MANY_LENSES];
-        let at_theta = &mut at_theta[..by_lens.len()];
-        let lens = self.lens_response(theta, at_theta);
-        let lens_d = self.lens_response(model.at_lens(theta), by_lens);
-        let (alpha, bar) = (lens.deflection, theta.conj());
-        let (tidal_theta, tidal_alpha) = (by_tensor(theta), by_tensor(alpha));
-        let (flexed_theta, flexed_alpha) = (by_flexion(theta), by_flexion(alpha));
-        for i in 0..3 {
-            own[i] = -lens_d.along(tidal_theta[i]);
-            own[7 + i] = -tidal_alpha[i];
+        ds: &Tidal,
+        i: usize,
+        theta: Cx<f64>,
+        lens: &Response<Lanes>,
+        haloes: Option<&HaloBlock>,
+        out: &mut Block,
+    ) {
+        let alpha = lens.deflection.lane(i);
+        let mut beta = self.equation.beta(theta, alpha, alpha);
+        let mut behind = [Cx::new(ds.kappa - 1.0, ds.omega), Cx::new(ds.gamma.re, ds.gamma.im)];
+        if let Some(haloes) = haloes {
+            beta += haloes.beta(i, alpha) - theta + alpha;
+            let [direct, crossed] = haloes.along(i, alpha);
+            behind[0] += direct + Cx::new(1.0, 0.0);
+            behind[1] += crossed;
         }
-        for i in 0..4 {
-            own[3 + i] = tidal_theta[i];
-            own[10 + i] = lens_d.along(flexed_theta[i]);
-            own[14 + i] = -flexed_theta[i];
-            own[18 + i] = -flexed_alpha[i];
+        out.beta.set_lane(i, beta);
+        out.set_behind(i, behind);
+        let (by_theta, by_alpha) = (by_tensor(theta), by_tensor(alpha));
+        // Plain loops: closures would not be compiled for the instruction set of their caller.
+        for k in 0..4 {
+            out.own[k].set_lane(i, out.behind(i, lens.lane(i).along(by_theta[k])));
+            out.own[4 + k].set_lane(i, by_theta[k]);
+            out.own[8 + k].set_lane(i, -by_alpha[k]);
         }
-        let i = C::splat(0.0, 1.0);
-        let alpha_bar = alpha.conj();
-        own[22] = (theta + bar) * alpha + theta * alpha_bar;
-        own[23] = i * ((bar - theta) * alpha + theta * alpha_bar);
-        own[24] = bar * alpha_bar;
-        own[25] = i * own[24];
-        let (direct, crossed) = model.behind_lens(theta);
-        for (d, at_theta) in by_lens.iter_mut().zip(at_theta.iter()) {
-            let a = *at_theta;
-            *d = direct * a + crossed * a.conj() - model.flexion_1ds.bend_along(alpha, a) - *d;
-        }
-        theta - model.displacement(theta, alpha, lens_d.deflection)
     }
 
     /// The lenses' response, with each lens's parameters one after the other in `by_parameter`.
     #[inline(always)]
-    fn lens_response(&self, at: C, by_parameter: &mut [C]) -> Response<Lanes> {
+    fn lens_response(&self, at: &C, by_parameter: &mut [C]) -> Response<Lanes> {
         let mut sum = Response { deflection: C::zero(), convergence: Lanes::ZERO, shear: C::zero() };
         let mut rest = by_parameter;
         for lens in self.lenses {
@@ -178,6 +168,63 @@ impl<'a> LensResponse<'a> {
         }
         sum
     }
+}
+
+/// What the equation makes of a block of rays.
+struct Block {
+    beta: C,
+    /// What the deflection (in flexion models, that at θ) does to β: dβ = behind[0] dα + behind[1] dᾱ.
+    behind: [C; 2],
+    /// Derivatives of β by the numbers of the full or the flexion model.
+    own: [C; MOST_NUMBERS],
+}
+
+impl Block {
+    #[inline(always)]
+    fn set_behind(&mut self, i: usize, [direct, crossed]: [Cx<f64>; 2]) {
+        self.behind[0].set_lane(i, direct);
+        self.behind[1].set_lane(i, crossed);
+    }
+
+    /// Change of β when the deflection of ray `i` changes by `d_alpha`.
+    #[inline(always)]
+    fn behind(&self, i: usize, d_alpha: Cx<f64>) -> Cx<f64> {
+        self.behind[0].lane(i) * d_alpha + self.behind[1].lane(i) * d_alpha.conj()
+    }
+}
+
+#[inline(always)]
+fn respond_flexion(
+    model: &FlexionModel,
+    i: usize,
+    theta: Cx<f64>,
+    at_theta: &Response<Lanes>,
+    at_lens: &Response<Lanes>,
+    out: &mut Block,
+) {
+    let (alpha, lens_d) = (at_theta.deflection.lane(i), at_lens.lane(i));
+    out.beta.set_lane(i, theta - model.displacement(theta, alpha, lens_d.deflection));
+    let [direct, crossed] = model.behind_lens(theta);
+    let [bent, bent_crossed] = model.flexion_1ds.along(alpha);
+    out.set_behind(i, [direct - bent, crossed - bent_crossed]);
+    let (tidal_theta, tidal_alpha) = (by_tensor(theta), by_tensor(alpha));
+    let (flexed_theta, flexed_alpha) = (by_flexion(theta), by_flexion(alpha));
+    for k in 0..3 {
+        out.own[k].set_lane(i, -lens_d.along(tidal_theta[k]));
+        out.own[7 + k].set_lane(i, -tidal_alpha[k]);
+    }
+    for k in 0..4 {
+        out.own[3 + k].set_lane(i, tidal_theta[k]);
+        out.own[10 + k].set_lane(i, lens_d.along(flexed_theta[k]));
+        out.own[14 + k].set_lane(i, -flexed_theta[k]);
+        out.own[18 + k].set_lane(i, -flexed_alpha[k]);
+    }
+    let (unit, bar, alpha_bar) = (Cx::new(0.0, 1.0), theta.conj(), alpha.conj());
+    let twice = bar * alpha_bar;
+    out.own[22].set_lane(i, (theta + bar) * alpha + theta * alpha_bar);
+    out.own[23].set_lane(i, unit * ((bar - theta) * alpha + theta * alpha_bar));
+    out.own[24].set_lane(i, twice);
+    out.own[25].set_lane(i, unit * twice);
 }
 
 // Compiled once for each instruction set and called once for all lanes.
@@ -193,29 +240,20 @@ fit_kernel! {
     }
 }
 
-/// What a change of the deflection does to β.
-#[inline(always)]
-fn behind_lens(ds: &Tidal, haloes: Option<&HaloBlock>, alpha: C, d_alpha: C) -> C {
-    match haloes {
-        Some(haloes) => haloes.along(alpha, d_alpha) + (d_alpha - act(ds, d_alpha)),
-        None => -act(ds, d_alpha),
-    }
-}
-
 /// Room for the parameters of eight lenses.
 pub(crate) const MANY_LENSES: usize = 8 * MOST_PARAMETERS;
 
 /// Derivatives of A·z by κ, γ1, γ2, ω.
 #[inline(always)]
-fn by_tensor(z: C) -> [C; 4] {
-    let i = C::splat(0.0, 1.0);
+fn by_tensor(z: Cx<f64>) -> [Cx<f64>; 4] {
+    let i = Cx::new(0.0, 1.0);
     [-z, -z.conj(), -(i * z.conj()), -(i * z)]
 }
 
 /// Derivatives of q(z; F, G) by F1, F2, G1, G2.
 #[inline(always)]
-fn by_flexion(z: C) -> [C; 4] {
-    let (half_i, bar) = (C::splat(0.0, 0.5), z.conj());
+fn by_flexion(z: Cx<f64>) -> [Cx<f64>; 4] {
+    let (half_i, bar) = (Cx::new(0.0, 0.5), z.conj());
     let (square, modulus, bar_square) = (z * z, z * bar, bar * bar);
     [(square + modulus * 2.0) * 0.5, half_i * (modulus * 2.0 - square), bar_square * 0.5, half_i * bar_square]
 }

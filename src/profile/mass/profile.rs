@@ -85,6 +85,18 @@ impl<R: Real> Response<R> {
     }
 }
 
+impl Response<Lanes> {
+    /// That of lane `i`.
+    #[inline(always)]
+    pub(crate) fn lane(&self, i: usize) -> Response<f64> {
+        Response {
+            deflection: self.deflection.lane(i),
+            convergence: self.convergence.0[i],
+            shear: self.shear.lane(i),
+        }
+    }
+}
+
 /// Compiled once for each instruction set and profile that fits are fast for, and called once for all lanes.
 pub(super) mod kernels {
     use super::*;
