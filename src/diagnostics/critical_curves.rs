@@ -1,7 +1,6 @@
 //! Critical curves and caustics of any mapping, as ordered polylines.
 
-use super::critical_links::{Chain, chains};
-use super::critical_points::{SMALLEST_HALF_ARCSEC, critical_points};
+use super::critical_mesh::{Chain, SMALLEST_ARCSEC, chains};
 use super::sky_window::SkyWindow;
 use crate::error::Result;
 use crate::mapping::Mapping;
@@ -50,10 +49,10 @@ impl CriticalCurve {
         }
     }
 
-    /// False for what is smaller than the innermost grid about a lens centre, as softened poles are.
+    /// False for what is smaller than the smallest triangles about a lens centre, as softened poles are.
     fn is_drawn(&self) -> bool {
         let [x, y] = self.theta_arcsec[0];
-        self.theta_arcsec.iter().any(|p| (p[0] - x).hypot(p[1] - y) > 0.1 * SMALLEST_HALF_ARCSEC)
+        self.theta_arcsec.iter().any(|p| (p[0] - x).hypot(p[1] - y) > 0.1 * SMALLEST_ARCSEC)
     }
 
     /// Area inside the critical curve in arcsec²; an open one is closed by a straight line.
@@ -74,22 +73,17 @@ pub struct CriticalCurves {
 impl CriticalCurves {
     /// Traces det A = 0 in the window.
     ///
-    /// A grid of four cells for each cell of the window (at most 512 a side), nested grids about the lens centres (down
-    /// to 1e-5″) and about islands that it may hide give edges whose ends differ in the sign of det A; on each the zero
-    /// is bracketed to rounding (`critical_points`). The points are joined along the curve, with others inserted
-    /// where it bends (`critical_links`), so that each curve is there once. Tangential and radial curves are told apart
-    /// by the eigenvalue that is left, tr A: 2γ on the one, −2γ on the other. The jump of an isothermal or the pole
-    /// of a steeper lens at its centre is no critical curve and has no caustic here.
-    ///
-    /// Behind strong perturbers side by side a piece may be missing or there twice: of 200 random lenses with eight NFW haloes
-    /// of up to 0.25″, a quarter with a point mass too, 11 miss a piece that contours of a fine grid have, one of them
-    /// most of its curves, and 8 have one twice (`tests/properties/critical_curves.rs`, slow test).
+    /// The contours of a mesh of triangles, four cells for each cell of the window (at most 512 a side) to begin with, that
+    /// is refined about lens centres (down to 1e-5″), where a curve bends or another is near, and where an island may
+    /// hide (`critical_mesh`): no curve ends but at the edge of the window or in a pole, and none is there twice. On
+    /// each side that a curve crosses the zero of det A is bracketed to rounding (`critical_points`). Tangential
+    /// and radial curves are told apart by the eigenvalue that is left, tr A: 2γ on the one, −2γ on the other. The jump
+    /// of an isothermal or the pole of a steeper lens at its centre is no critical curve and has no caustic here.
     ///
     /// # Errors
     /// When `monitor`, which is told of every ray, cancels.
     pub fn of(mapping: &(impl Mapping + ?Sized), window: &SkyWindow, monitor: &dyn Monitor) -> Result<Self> {
-        let points = critical_points(mapping, window, monitor)?;
-        let chains = chains(mapping, points, window, monitor)?;
+        let chains = chains(mapping, window, monitor)?;
         let mut curves: Vec<CriticalCurve> =
             chains.iter().map(CriticalCurve::of).filter(|curve| !curve.closed || curve.is_drawn()).collect();
         curves.sort_by(|a, b| b.area_arcsec2().total_cmp(&a.area_arcsec2()));
@@ -219,7 +213,7 @@ mod tests {
         let curve = found.curves.iter().find(|c| c.kind == CurveKind::Tangential).unwrap();
         let n = curve.beta_arcsec.len();
         let mut tried = 0;
-        for i in (0..n).step_by(n / 12) {
+        for i in (0..n).step_by(n / 40) {
             let (a, b) = (curve.beta_arcsec[i], curve.beta_arcsec[(i + 1) % n]);
             let along = [b[0] - a[0], b[1] - a[1]];
             let length = along[0].hypot(along[1]);

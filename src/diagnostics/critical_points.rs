@@ -1,10 +1,8 @@
-//! Points of det A = 0, each on the edge of a grid cell whose ends differ in sign, with the direction of the curve.
+//! Points of det A = 0, each on an edge whose ends differ in sign, with the direction of the curve.
 
-use super::sky_window::SkyWindow;
 use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
 use crate::monitor::Monitor;
-use crate::numerics::contour::zero_contours;
 
 /// A step along an edge shorter than this is the last, arcsec: Newton's method has then converged.
 const LAST_STEP_ARCSEC: f64 = 1e-11;
@@ -12,17 +10,6 @@ const LAST_STEP_ARCSEC: f64 = 1e-11;
 const ROUNDS: usize = 60;
 /// Largest |det A| of a vertex in units of ‖A‖² (at least 1): a jump or pole keeps a value of order one.
 const SMALL: f64 = 1e-8;
-/// Cells a side of the first grid for every cell of the window, and of the nested grids (odd: no node in the middle).
-const CELLS_PER_WINDOW_CELL: usize = 4;
-const NESTED_CELLS: usize = 49;
-/// Most cells a side of the first grid.
-const CELLS_MAX: usize = 512;
-/// Half width of the widest nested grid in cells of the first.
-const NESTED_HALF_CELLS: f64 = 12.0;
-/// Half width of the innermost nested grid about a lens centre, arcsec; smaller radial curves are not drawn.
-pub(super) const SMALLEST_HALF_ARCSEC: f64 = 1e-5;
-/// Each nested grid is narrower than the one before by this factor.
-const NESTING: f64 = 6.0;
 
 /// A point of a critical curve.
 #[derive(Debug, Clone, Copy)]
@@ -35,8 +22,6 @@ pub(super) struct Vertex {
     pub steepness: f64,
     /// tr A: twice the eigenvalue that is left.
     pub trace: f64,
-    /// Width of the cells around, arcsec.
-    pub cell: f64,
 }
 
 /// det A and its gradient at one ray.
@@ -71,99 +56,13 @@ impl Slope {
 }
 
 /// The vertex at ray `i` of a bundle, where det A is small there.
-pub(super) fn vertex(theta: [f64; 2], rays: &RayBundle, i: usize, cell: f64) -> Option<Vertex> {
+fn vertex(theta: [f64; 2], rays: &RayBundle, i: usize) -> Option<Vertex> {
     let (slope, a) = (Slope::of(rays, i), rays.jacobian[i]);
     let scale = a.iter().map(|v| v * v).sum::<f64>().max(1.0);
     let steepness = slope.steepness();
     let is_good = slope.det.abs() <= SMALL * scale && steepness > 0.0 && steepness.is_finite();
     let (beta, along, trace) = (rays.beta_arcsec[i], slope.along(), a[0] + a[3]);
-    is_good.then_some(Vertex { theta, beta, along, steepness, trace, cell })
-}
-
-/// Vertices on a grid over the window, on nested grids about the lens centres, and where the first grid comes so close
-/// to a change of sign that it may hide an island.
-pub(super) fn critical_points(
-    mapping: &(impl Mapping + ?Sized),
-    window: &SkyWindow,
-    monitor: &dyn Monitor,
-) -> Result<Vec<Vertex>> {
-    let first = Grid {
-        centre: window.centre_arcsec,
-        half: window.half_width_arcsec,
-        cells: (CELLS_PER_WINDOW_CELL * window.cells).min(CELLS_MAX),
-    };
-    let (mut vertices, mut suspects) = first.vertices(mapping, monitor)?;
-    for &centre in window.lens_centres_arcsec.iter().filter(|&&c| window.contains(c)) {
-        let mut half = NESTED_HALF_CELLS * first.cell();
-        while half >= SMALLEST_HALF_ARCSEC {
-            let (own, islands) = Grid { centre, half, cells: NESTED_CELLS }.vertices(mapping, monitor)?;
-            vertices.extend(own);
-            suspects.extend(islands);
-            half /= NESTING;
-        }
-    }
-    for grid in suspects {
-        vertices.extend(grid.vertices(mapping, monitor)?.0);
-    }
-    vertices.retain(|v| window.contains(v.theta));
-    Ok(vertices)
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Grid {
-    centre: [f64; 2],
-    half: f64,
-    cells: usize,
-}
-
-impl Grid {
-    fn cell(&self) -> f64 {
-        2.0 * self.half / self.cells as f64
-    }
-
-    fn node(&self, k: usize) -> [f64; 2] {
-        let n = self.cells + 1;
-        let at = |c: usize, i: usize| self.centre[c] - self.half + self.cell() * i as f64;
-        [at(0, k % n), at(1, k / n)]
-    }
-
-    /// The vertices on this grid's edges, and finer grids where it may hide an island.
-    fn vertices(
-        &self,
-        mapping: &(impl Mapping + ?Sized),
-        monitor: &dyn Monitor,
-    ) -> Result<(Vec<Vertex>, Vec<Self>)> {
-        let n = self.cells + 1;
-        let theta: Vec<[f64; 2]> = (0..n * n).map(|k| self.node(k)).collect();
-        let rays = mapping.trace(&theta, Order::Jacobian, monitor)?;
-        let values: Vec<f64> = rays.jacobian.iter().map(determinant).collect();
-        let contours = zero_contours(&values, n, n);
-        let edges: Vec<Edge> = contours
-            .iter()
-            .flat_map(|contour| &contour.crossings)
-            .map(|&[a, b]| Edge {
-                ends: [self.node(a), self.node(b)],
-                bracket: [0.0, 1.0],
-                at: values[a] / (values[a] - values[b]),
-            })
-            .collect();
-        Ok((on_edges(mapping, edges, self.cell(), monitor)?, self.islands(&values)))
-    }
-
-    /// Grids about nodes where |det A| is least among nine of one sign, and by less than it differs among them.
-    fn islands(&self, values: &[f64]) -> Vec<Self> {
-        let n = self.cells + 1;
-        let interior = (1..n - 1).flat_map(|row| (1..n - 1).map(move |column| row * n + column));
-        let hides = |&k: &usize| {
-            let around = [k - n - 1, k - n, k - n + 1, k - 1, k + 1, k + n - 1, k + n, k + n + 1];
-            let sign = values[k].signum();
-            let own = values[k].abs();
-            let of = |i: &usize| sign * values[*i];
-            around.iter().all(|i| of(i) >= own) && own < around.iter().map(of).fold(0.0, f64::max) - own
-        };
-        let grid = |k: usize| Self { centre: self.node(k), half: 1.5 * self.cell(), cells: NESTED_CELLS };
-        interior.filter(hides).map(grid).collect()
-    }
+    is_good.then_some(Vertex { theta, beta, along, steepness, trace })
 }
 
 /// An edge of a cell, from its negative to its positive end, and where between them det A vanishes.
@@ -199,13 +98,14 @@ impl Edge {
     }
 }
 
-/// The vertices that lie on edges; an edge over a jump or pole has none.
-fn on_edges(
+/// The vertices on edges, given from their negative to their positive ends; an edge over a jump or pole has none.
+pub(super) fn on_edges(
     mapping: &(impl Mapping + ?Sized),
-    mut edges: Vec<Edge>,
-    cell: f64,
+    ends: &[[[f64; 2]; 2]],
     monitor: &dyn Monitor,
-) -> Result<Vec<Vertex>> {
+) -> Result<Vec<Option<Vertex>>> {
+    let start = |&ends| Edge { ends, bracket: [0.0, 1.0], at: 0.5 };
+    let mut edges: Vec<Edge> = ends.iter().map(start).collect();
     let mut active: Vec<usize> = (0..edges.len()).collect();
     for round in 0..ROUNDS {
         if active.is_empty() {
@@ -223,9 +123,9 @@ fn on_edges(
     }
     let theta: Vec<[f64; 2]> = edges.iter().map(Edge::theta).collect();
     let rays = mapping.trace(&theta, Order::SecondDerivatives, monitor)?;
-    Ok((0..theta.len()).filter_map(|i| vertex(theta[i], &rays, i, cell)).collect())
+    Ok((0..theta.len()).map(|i| vertex(theta[i], &rays, i)).collect())
 }
 
-pub(super) fn determinant(a: &[f64; 4]) -> f64 {
+fn determinant(a: &[f64; 4]) -> f64 {
     a[0] * a[3] - a[1] * a[2]
 }

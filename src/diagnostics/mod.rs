@@ -2,7 +2,7 @@
 
 mod best_model;
 mod critical_curves;
-mod critical_links;
+mod critical_mesh;
 mod critical_points;
 mod distortion;
 mod effective;

@@ -1,6 +1,6 @@
-//! Zero contours of a function on a grid of nodes, as ordered polylines (marching squares).
+//! Zero contours of a function on a grid of nodes, as ordered polylines (marching squares), and what joins any segments.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A zero contour: points between nodes, in order; the first is not repeated at the end of a closed one.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,34 +16,32 @@ pub struct Contour {
 /// Zero counts as positive. In a saddle cell (diagonal signs) the mean of the corners decides which pair is joined.
 /// Cells with a value that is not finite are left out.
 pub fn zero_contours(values: &[f64], columns: usize, rows: usize) -> Vec<Contour> {
-    let mut next: HashMap<[usize; 2], [usize; 2]> = HashMap::new();
-    let mut starts: Vec<[usize; 2]> = Vec::new();
-    let mut entered: HashMap<[usize; 2], bool> = HashMap::new();
-    for row in 0..rows.saturating_sub(1) {
-        for column in 0..columns.saturating_sub(1) {
-            let k = row * columns + column;
-            for [from, to] in segments([k, k + 1, k + columns + 1, k + columns], values) {
-                next.insert(from, to);
-                starts.push(from);
-                entered.insert(to, true);
-            }
-        }
+    let cells = (0..rows.saturating_sub(1))
+        .flat_map(|row| (0..columns.saturating_sub(1)).map(move |column| row * columns + column));
+    join(cells.flat_map(|k| segments([k, k + 1, k + columns + 1, k + columns], values)))
+}
+
+/// Contours of directed segments, each from one crossing to the next.
+pub(super) fn join(segments: impl Iterator<Item = [[usize; 2]; 2]>) -> Vec<Contour> {
+    let (mut next, mut starts, mut entered) = (HashMap::new(), Vec::new(), HashSet::new());
+    for [from, to] in segments {
+        next.insert(from, to);
+        starts.push(from);
+        entered.insert(to);
     }
-    let mut used: HashMap<[usize; 2], bool> = HashMap::new();
+    let mut used = HashSet::new();
     let mut contours = Vec::new();
     // Open contours first, from the ends that nothing enters; what is left is closed.
-    let open = starts.iter().filter(|start| !entered.contains_key(*start));
+    let open = starts.iter().filter(|start| !entered.contains(*start));
     for &start in open.chain(&starts) {
-        if used.contains_key(&start) {
+        if !used.insert(start) {
             continue;
         }
         let (mut crossings, mut at) = (vec![start], start);
-        used.insert(start, true);
         let closed = loop {
             match next.get(&at) {
                 Some(&to) if to == start => break true,
-                Some(&to) if !used.contains_key(&to) => {
-                    used.insert(to, true);
+                Some(&to) if used.insert(to) => {
                     crossings.push(to);
                     at = to;
                 }

@@ -13,3 +13,4 @@ pub mod random;
 pub mod real;
 pub mod roots;
 pub mod spline;
+pub(crate) mod triangle_mesh;

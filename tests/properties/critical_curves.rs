@@ -18,6 +18,8 @@ use rayon::prelude::*;
 const HALF_WIDTH_ARCSEC: f64 = 3.0;
 /// Links whose sides are not looked at.
 const SHORT_LINK_ARCSEC: f64 = 3e-3;
+/// Distance within which a vertex has the curve.
+const ON_CURVE_ARCSEC: f64 = 1e-9;
 
 /// An EPL with shear, and NFW haloes in front, behind and beside it, so strong that many have curves of their own.
 fn lens(number: u64) -> GeneralMultiPlane {
@@ -81,6 +83,12 @@ fn distance(p: [f64; 2], curve: &CriticalCurve) -> f64 {
     (0..links).map(to_link).fold(f64::INFINITY, f64::min)
 }
 
+/// Largest distance of a vertex from the first, arcsec.
+fn extent(curve: &CriticalCurve) -> f64 {
+    let [x, y] = curve.theta_arcsec[0];
+    curve.theta_arcsec.iter().map(|p| (p[0] - x).hypot(p[1] - y)).fold(0.0, f64::max)
+}
+
 /// Faults of one lens, in words.
 fn faults(number: u64, cells: usize) -> Vec<String> {
     let lens = lens(number);
@@ -103,8 +111,9 @@ fn faults(number: u64, cells: usize) -> Vec<String> {
     for (k, curve) in curves.iter().enumerate() {
         let about = format!("lens {number}, {:?} of {} vertices", curve.kind, curve.theta_arcsec.len());
         // Not twice: no other curve runs along it.
+        let near = 1e-3 * extent(curve).min(1e-3);
         let beside =
-            |p: &&[f64; 2]| curves.iter().enumerate().any(|(m, other)| m != k && distance(**p, other) < 1e-6);
+            |p: &&[f64; 2]| curves.iter().enumerate().any(|(m, other)| m != k && distance(**p, other) < near);
         let n = curve.theta_arcsec.len();
         if curve.theta_arcsec.iter().filter(beside).count() > n / 10 {
             faults.push(format!("{about}: twice"));
@@ -113,9 +122,13 @@ fn faults(number: u64, cells: usize) -> Vec<String> {
         let links: Vec<[[f64; 2]; 2]> = (0..if curve.closed { n } else { n - 1 })
             .map(|i| [curve.theta_arcsec[i], curve.theta_arcsec[(i + 1) % n]])
             .collect();
-        let largest = determinants(&lens, &curve.theta_arcsec).into_iter().map(f64::abs).fold(0.0, f64::max);
-        if largest > 1e-6 {
-            faults.push(format!("{about}: |det A| = {largest}"));
+        for &p in &curve.theta_arcsec {
+            // det A changes sign within 1e-9″: about a point mass it may be large 1e-12″ beside the curve.
+            let around = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+            let det = determinants(&lens, &around.map(|d| [0, 1].map(|c| p[c] + ON_CURVE_ARCSEC * d[c])));
+            if det.iter().all(|v| *v > 0.0) || det.iter().all(|v| *v < 0.0) {
+                faults.push(format!("{about}: no critical point at {p:?}, about it {det:?}"));
+            }
         }
         for [a, b] in links {
             let (d, middle) = ([b[0] - a[0], b[1] - a[1]], [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
