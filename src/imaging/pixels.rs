@@ -147,34 +147,47 @@ impl Expansion {
     }
 
     fn integrate(&self, scene: &Scene, width: f64, tolerance: f64) -> f64 {
-        let centre = self.brightness(scene, [0.0, 0.0]);
-        self.integrate_part(scene, [0.0, 0.0], width, centre, tolerance, DEEPEST_BRIGHTNESS)
+        let whole = Part { offset: [0.0; 2], width, at_centre: self.brightness(scene, [0.0, 0.0]) };
+        self.refine(scene, &self.rule(scene, &whole), tolerance, DEEPEST_BRIGHTNESS)
     }
 
-    /// Midpoint rule against its four quarters, extrapolated; quartered while the correction exceeds the tolerance.
-    fn integrate_part(
-        &self,
-        scene: &Scene,
-        offset: [f64; 2],
-        width: f64,
-        at_centre: f64,
-        tolerance: f64,
-        depth: u32,
-    ) -> f64 {
-        let quarter = 0.25 * width;
-        let offsets = CORNERS.map(|[x, y]| [offset[0] + quarter * x, offset[1] + quarter * y]);
-        let values = offsets.map(|o| self.brightness(scene, o));
-        let mean = 0.25 * values.iter().sum::<f64>();
-        let correction = (mean - at_centre) / 3.0;
-        if depth == 0 || correction.abs() * width * width <= tolerance {
-            return (mean + correction) * width * width;
+    /// Quartered while the rule is corrected by more than the tolerance, or disagrees as much with that of the quarters: one
+    /// test alone is passed by chance where the curvatures along two directions cancel.
+    fn refine(&self, scene: &Scene, rule: &Rule, tolerance: f64, depth: u32) -> f64 {
+        let quarters = rule.quarters.each_ref().map(|quarter| self.rule(scene, quarter));
+        let fine: f64 = quarters.iter().map(|rule| rule.integral).sum();
+        if depth == 0 || (rule.correction.abs() <= tolerance && (fine - rule.integral).abs() <= tolerance) {
+            return fine;
         }
-        (0..4)
-            .map(|i| {
-                self.integrate_part(scene, offsets[i], 0.5 * width, values[i], 0.5 * tolerance, depth - 1)
-            })
-            .sum()
+        quarters.iter().map(|rule| self.refine(scene, rule, 0.5 * tolerance, depth - 1)).sum()
     }
+
+    /// The midpoint rule on the quarters of a part, extrapolated with that on the part itself.
+    fn rule(&self, scene: &Scene, part: &Part) -> Rule {
+        let quarters = CORNERS.map(|[x, y]| {
+            let offset = [part.offset[0] + 0.25 * part.width * x, part.offset[1] + 0.25 * part.width * y];
+            Part { offset, width: 0.5 * part.width, at_centre: self.brightness(scene, offset) }
+        });
+        let (area, mean) =
+            (part.width * part.width, 0.25 * quarters.iter().map(|q| q.at_centre).sum::<f64>());
+        let correction = (mean - part.at_centre) / 3.0 * area;
+        Rule { integral: mean * area + correction, correction, quarters }
+    }
+}
+
+/// A square part of a pixel with the brightness at its centre.
+struct Part {
+    /// From the centre of the expansion, arcsec.
+    offset: [f64; 2],
+    width: f64,
+    at_centre: f64,
+}
+
+/// What a rule of five points makes of a part.
+struct Rule {
+    integral: f64,
+    correction: f64,
+    quarters: [Part; 4],
 }
 
 /// For every pixel: do the expansions that meet at each of its corners agree on the brightness there?
