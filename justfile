@@ -158,6 +158,11 @@ validity N="1000":
         --views all,0.1 --starts truth --no-delays --estimate laplace -o validity
     python3 data/oracle/page.py docs/VALIDITY.md "just validity {{N}}" validity/result.md
 
+# which γ_LOS is to be expected of six real lenses; writes docs/EXPECTED.md
+expected N="1000":
+    cargo run --release -- study expected --preset consistent --lenses examples/expected_shear/lenses.csv -n {{N}} -o expected
+    python3 data/oracle/page.py docs/EXPECTED.md "haloray study expected --preset consistent --lenses examples/expected_shear/lenses.csv -n {{N}} -o expected" expected/result.md
+
 # full against minimal model on Table 1's image; writes docs/ADVANTAGE.md
 advantage:
     cargo run --release -- study advantage -o advantage

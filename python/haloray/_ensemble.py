@@ -47,12 +47,14 @@ class _Plan:
     lenses: tuple[tuple[str, float, float, float | None], ...]
     level: str
     model: str
+    smoothing_arcsec: tuple[float, ...]
     first: int
     number: int
 
     def native(self) -> EnsemblePlan:
         config = of_toml(self.toml)
-        return EnsemblePlan(config, list(self.lenses), self.level, self.model, self.first, self.number)
+        lenses, smoothing = list(self.lenses), list(self.smoothing_arcsec)
+        return EnsemblePlan(config, lenses, self.level, self.model, smoothing, (self.first, self.number))
 
 
 class Ensemble:
@@ -209,6 +211,7 @@ def ensemble(
     level: str = "scalars",
     model: str = "tidal-minimal",
     lenses: LensesLike = None,
+    smoothing_arcsec: Any = (),
     first: int = 0,
     executor: Executor | None = None,
     chunk: int | None = None,
@@ -232,6 +235,8 @@ def ensemble(
     lenses : mapping of str to array_like, or sequence of mappings, optional
         Columns, or rows, ``z_lens``, ``z_source`` and optionally ``einstein_radius_arcsec``, ``name``. Of L lenses,
         sightline k is one of lens k mod L.
+    smoothing_arcsec : array_like
+        Radii R of discs about the axis ray over which γ_LOS is averaged too, to first order: columns ``gamma1_los_disc_R``.
     first : int
         Number of the first sightline.
     executor : concurrent.futures.Executor, optional
@@ -268,7 +273,9 @@ def ensemble(
     level = one_of("level", level, LEVELS)
     rows = _lenses(lenses)
     count = whole("n", n, 1, 1 << 40) * max(len(rows), 1)
-    plan = _Plan(resolved.toml, rows, level, str(model), whole("first", first, 0, 1 << 40), count)
+    radii = np.unique(column("smoothing_arcsec", smoothing_arcsec, "arcsec"))
+    smoothing = tuple(float(radius) for radius in radii)
+    plan = _Plan(resolved.toml, rows, level, str(model), smoothing, whole("first", first, 0, 1 << 40), count)
     native = plan.native()
     if executor is None:
         return Ensemble(plan, [_compute(native, plan.first, plan.first + count, callback(progress))])

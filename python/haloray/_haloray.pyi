@@ -163,8 +163,8 @@ class EnsemblePlan:
         lenses: Sequence[tuple[str, float, float, float | None]],
         level: str,
         model: str,
-        first: int,
-        number: int,
+        smoothing_arcsec: Sequence[float],
+        first_and_number: tuple[int, int],
     ) -> EnsemblePlan: ...
     def columns(self) -> tuple[list[tuple[str, str, str]], list[tuple[str, str, str]]]: ...
     def stacks(self) -> list[tuple[str, str, str, str, tuple[int, int], float]]: ...

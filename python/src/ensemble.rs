@@ -42,8 +42,8 @@ impl EnsemblePlan {
         lenses: Vec<LensArgument>,
         level: &str,
         model: &str,
-        first: u64,
-        number: u64,
+        smoothing_arcsec: Vec<f64>,
+        first_and_number: (u64, u64),
     ) -> PyResult<Self> {
         let config = config.0.clone();
         if let Some(path) = &config.haloes.catalogue {
@@ -71,8 +71,9 @@ impl EnsemblePlan {
         };
         let lenses = lenses.into_iter().map(lens).collect();
         let psf = psf(&config).or_raise(py)?;
-        let plan = Plan { config, lenses, level, model: model.into(), first, number };
-        (0..plan.lenses.len()).try_for_each(|lens| plan.config_of(lens).map(drop)).or_raise(py)?;
+        let (first, number) = first_and_number;
+        let plan = Plan { config, lenses, level, model: model.into(), smoothing_arcsec, first, number };
+        plan.check().or_raise(py)?;
         Ok(Self { plan, psf })
     }
 

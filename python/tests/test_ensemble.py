@@ -66,10 +66,13 @@ def test_the_file_of_the_command(command, tmp_path):
         "maps",
         "--lenses",
         str(tmp_path / "lenses.csv"),
+        "--smoothing",
+        "30,7.5",
         "-o",
         "ens",
     )
-    found = hr.ensemble(few, 2, seed=4, level="maps", lenses=lenses)
+    found = hr.ensemble(few, 2, seed=4, level="maps", lenses=lenses, smoothing_arcsec=[30, 7.5, 30])
+    assert found["gamma1_los_disc_7.5"].shape == (4,)
     found.write(tmp_path / "own")
     ours, theirs = tmp_path / "own", folder / "ens"
     for name in ("sightlines.h5", "summary.json", "config.toml", "figures/distributions.svg"):

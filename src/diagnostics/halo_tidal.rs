@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::ring_and_disc::{OnRing, RingAndDisc, evenly, flexion};
 use super::variation::ShearVariation;
+use crate::error::Domain;
 use crate::halo::HaloCatalogue;
 use crate::numerics::circle_rule;
 use crate::profile::mass::{MassModel, MassProfile};
@@ -127,28 +128,70 @@ fn flexion_at(profile: &MassModel, [x, y]: [f64; 2]) -> [Complex<f64>; 2] {
 /// With N places the error is about (R/d)^(N−2) of a halo at distance d, or the inverse inside the ring: 1e-6 and less. Nearer
 /// to the ring than half its radius a rule is taken whose places crowd at the halo.
 fn averages(profile: &MassModel, halo: [f64; 2], radius: f64) -> RingAndDisc {
-    let distance = halo[0].hypot(halo[1]) / radius;
-    let at = |[cos, sin]: [f64; 2]| {
+    RingAndDisc::of(radius, places(halo, radius).into_iter(), |[cos, sin]| {
         let [x, y] = [radius * cos, radius * sin];
         let [f_per_arcsec, g_per_arcsec] = flexion_at(profile, [x, y]);
         let [alpha_x, alpha_y] = profile.deflection(x, y);
         let (deflection, gamma) = (Complex::new(alpha_x, alpha_y), shear(profile, x, y));
         OnRing { deflection, gamma, f_per_arcsec, g_per_arcsec }
-    };
-    let places = match distance {
-        far if far > 10.0 => 8,
-        far if far > 4.0 => 12,
-        0.5..2.0 => {
+    })
+}
+
+/// Places on a ring as (cos φ, sin φ), with weights, that average what a halo at the offset `halo` from its middle does.
+fn places(halo: [f64; 2], radius: f64) -> Vec<([f64; 2], f64)> {
+    match halo[0].hypot(halo[1]) / radius {
+        far if far > 10.0 => evenly(8).collect(),
+        far if far > 4.0 => evenly(12).collect(),
+        distance @ 0.5..2.0 => {
             let rule = circle_rule::around(halo[1].atan2(halo[0]), (distance - 1.0).abs());
-            let rule = rule.map(|(angle, weight)| {
+            let place = |(angle, weight): (f64, f64)| {
                 let (sin, cos) = angle.sin_cos();
                 ([cos, sin], weight)
-            });
-            return RingAndDisc::of(radius, rule, at);
+            };
+            rule.map(place).collect()
         }
-        _ => 32,
+        _ => evenly(32).collect(),
+    }
+}
+
+/// Shear γ_LOS = γ_od + γ_os − γ_ds to first order, averaged over the disc of a radius about a ray.
+///
+/// ⟨γ_LOS⟩ = Σ_h (w_od + 1 − w_ds) ⟨γ_h⟩ with the share of a halo's shear (reduced to the source) that works before the lens,
+/// w_od = χ_s(χ_d − χ)/(χ_d(χ_s − χ)), and behind it, w_ds = χ_s(χ − χ_d)/(χ(χ_s − χ_d)); haloes in the plane of the lens
+/// are part of it. ⟨γ_h⟩ = ⟨α_h e^{iφ}⟩/R over the edge of the disc (Green's theorem). `ray(i)` is where the ray meets the plane
+/// of halo `i`, arcsec.
+///
+/// # Errors
+/// As [`HaloTidal::of`]; when the lens is not in front of the source.
+pub fn los_shear_in_disc(
+    haloes: &HaloCatalogue,
+    z_lens: f64,
+    radius_arcsec: f64,
+    ray: impl Fn(usize) -> [f64; 2] + Sync,
+) -> crate::Result<Complex<f64>> {
+    Domain::POSITIVE.check("radius of the disc", radius_arcsec)?;
+    Domain::inside(0.0, haloes.z_source()).check("z_lens", z_lens)?;
+    let [lens, source] = [z_lens, haloes.z_source()].map(|z| haloes.background().comoving_distance_mpc(z));
+    let row = |i: usize| {
+        let chi = haloes.chi_cmpc[i];
+        let part = if chi == lens {
+            return Ok(Complex::new(0.0, 0.0));
+        } else if chi < lens {
+            1.0 + source * (lens - chi) / (lens * (source - chi))
+        } else {
+            1.0 - source * (chi - lens) / (chi * (source - lens))
+        };
+        let (profile, [x, y]) = (haloes.profile(i)?, ray(i));
+        let halo = [haloes.theta_x_arcsec[i] - x, haloes.theta_y_arcsec[i] - y];
+        let mut sum = Complex::new(0.0, 0.0);
+        for ([cos, sin], weight) in places(halo, radius_arcsec) {
+            let [alpha_x, alpha_y] = profile.deflection(x + radius_arcsec * cos, y + radius_arcsec * sin);
+            sum += Complex::new(alpha_x, alpha_y) * Complex::new(cos, sin) * weight;
+        }
+        Ok(sum * (part / radius_arcsec))
     };
-    RingAndDisc::of(radius, evenly(places), at)
+    let rows: Vec<Complex<f64>> = (0..haloes.len()).into_par_iter().map(row).collect::<crate::Result<_>>()?;
+    Ok(rows.into_iter().sum())
 }
 
 fn shear(profile: &MassModel, x: f64, y: f64) -> Complex<f64> {
@@ -251,6 +294,50 @@ mod tests {
                 assert!(gaps.iter().all(|gap| *gap < tolerance), "{centre:?} {gaps:?}");
             }
         }
+    }
+
+    #[test]
+    fn smoothed_shear_is_that_of_the_lines_of_sight_in_the_disc() {
+        use crate::cosmology::Background;
+        use crate::halo::HaloMasses;
+        use crate::mapping::multiplane::{LineOfSight, Sheets};
+        use crate::mapping::{Mapping, Order};
+        let (z_lens, radius) = (0.5, 6.0);
+        // So weak that γ_LOS is linear to 1e-4 of itself; before, in and behind the plane of the lens, in and beside the disc.
+        let angles = HaloMasses::Angles {
+            r_s_arcsec: vec![2.0, 1.0, 3.0, 2.0, 1.5],
+            alpha_rs_arcsec: vec![2e-4, 1e-4, 3e-4, 2e-4, 4e-4],
+        };
+        let at = [vec![3.0, 9.0, -4.0, 1.0, 0.5], vec![1.0, -7.0, 5.5, 2.0, -3.0]];
+        let z = vec![0.2, 0.35, 0.8, 0.5, 1.2];
+        let haloes = HaloCatalogue::new(1.5, &Background::paper(), z, at, angles).unwrap();
+        let got = los_shear_in_disc(&haloes, z_lens, radius, |_| [0.0; 2]).unwrap();
+        let sight = LineOfSight::new(&haloes, &Sheets::None).unwrap().without_plane_at(z_lens).unwrap();
+        // Rings of equal area; a ray to each place, on to the source, and a straight one on from the lens.
+        let n = 200;
+        let place = |k: usize| {
+            let r = radius * (((k / n) as f64 + 0.5) / n as f64).sqrt();
+            let (sin, cos) = (std::f64::consts::TAU * (k % n) as f64 / n as f64).sin_cos();
+            [r * cos, r * sin]
+        };
+        let theta: Vec<[f64; 2]> = (0..n * n).map(place).collect();
+        let mean = |jacobians: Vec<[f64; 4]>| {
+            let shear = |a: &[f64; 4]| Complex::new(0.5 * (a[3] - a[0]), -0.5 * (a[1] + a[2]));
+            jacobians.iter().map(shear).sum::<Complex<f64>>() / jacobians.len() as f64
+        };
+        let to_lens = mean(sight.observer_to(z_lens).unwrap().map(&theta, Order::Jacobian).jacobian);
+        let to_source = mean(sight.observer_to_source().map(&theta, Order::Jacobian).jacobian);
+        let chi = |z: f64| Background::paper().comoving_distance_mpc(z);
+        let (lens, source) = (chi(z_lens), chi(1.5));
+        let mut behind = Complex::new(0.0, 0.0);
+        for i in [2, 4] {
+            let (profile, chi) = (haloes.profile(i).unwrap(), haloes.chi_cmpc[i]);
+            let own = theta.iter().map(|[x, y]| shear(&profile, *x, *y)).sum::<Complex<f64>>();
+            behind += own / (n * n) as f64 * (source * (chi - lens) / (chi * (source - lens)));
+        }
+        let want = to_lens + to_source - behind;
+        assert!((got - want).norm() < 5e-3 * want.norm(), "{got} {want}");
+        assert!(los_shear_in_disc(&haloes, 1.6, radius, |_| [0.0; 2]).is_err());
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! The columns of an ensemble: names and units as in `summary.json` of a run, each with what it is in words.
 
+use nalgebra::Complex;
+
 use super::plan::{Level, Plan};
 use crate::config::Config;
 use crate::diagnostics::TidalMaps;
-use crate::io::{StackSpec, TIDAL_GROUP};
+use crate::io::{SightlineColumn, SightlineTable, StackSpec, TIDAL_GROUP};
 use crate::pipeline::{FittedShear, HaloCounts, LosShears, Quantities, SightScalars};
 
 /// A column without its values.
@@ -33,6 +35,26 @@ pub(super) fn numbers_of(
     Quantities(lists.into_iter().flat_map(|list| list.0).collect())
 }
 
+/// γ_LOS averaged over the discs of a plan, by the names of their radii.
+pub(super) fn disc_shears(radii_arcsec: &[f64], shears: &[Complex<f64>]) -> Quantities {
+    let each = radii_arcsec.iter().zip(shears).flat_map(|(radius, shear)| {
+        [("gamma1", shear.re), ("gamma2", shear.im)]
+            .map(|(component, value)| (format!("{component}_{IN_DISC}{radius}"), "", value))
+    });
+    Quantities(each.collect())
+}
+
+/// What stands between a component and the radius of a disc.
+const IN_DISC: &str = "los_disc_";
+/// The first component up to the radius of a disc.
+pub(super) const GAMMA1_IN_DISC: &str = "gamma1_los_disc_";
+
+/// Radii of the discs over which a table has γ_LOS, arcsec.
+pub fn disc_radii(table: &SightlineTable) -> Vec<f64> {
+    let radius = |column: &SightlineColumn| column.name.strip_prefix(GAMMA1_IN_DISC)?.parse().ok();
+    table.all_haloes.iter().filter_map(radius).collect()
+}
+
 fn described(quantities: &Quantities) -> Vec<EnsembleColumn> {
     let column = |(name, unit, _): &(String, &'static str, f64)| EnsembleColumn {
         name: name.clone(),
@@ -54,6 +76,8 @@ pub fn scalar_columns(plan: &Plan) -> Vec<EnsembleColumn> {
         own.push(("einstein_radius_arcsec".into(), "arcsec", 0.0));
     }
     own.extend(numbers.0);
+    let nothing = vec![Complex::default(); plan.smoothing_arcsec.len()];
+    own.extend(disc_shears(&plan.smoothing_arcsec, &nothing).0);
     described(&Quantities(own))
 }
 
@@ -171,6 +195,10 @@ fn description(name: &str) -> String {
         if let Some(rest) = of(prefix).map(place).filter(|place| !place.is_empty()) {
             return format!("{quantity} {rest}");
         }
+        if let Some(radius) = of(prefix).and_then(|rest| rest.strip_prefix(IN_DISC)) {
+            let disc = format!("averaged over a disc of {radius} arcsec about the axis ray");
+            return format!("{quantity} of the line of sight to first order, od + os − ds, {disc}");
+        }
     }
     for (prefix, what) in [
         ("lens_centre_", "centre of the lens, where the haloes make it appear on the axis"),
@@ -202,6 +230,7 @@ mod tests {
                 lenses: vec![lens.clone()],
                 level,
                 model: "tidal-minimal".into(),
+                smoothing_arcsec: vec![10.0, 7.5],
                 first: 0,
                 number: 1,
             };

@@ -2,6 +2,7 @@
 
 mod assembled;
 mod columns;
+mod expected;
 mod merge;
 mod plan;
 mod run;
@@ -12,7 +13,8 @@ mod statistics;
 mod store;
 
 pub use assembled::{StoredStacks, assemble};
-pub use columns::{EnsembleColumn, scalar_columns, stacks_of, tidal_columns};
+pub use columns::{EnsembleColumn, disc_radii, scalar_columns, stacks_of, tidal_columns};
+pub use expected::{ExpectedShear, Smoothing, expected_shears};
 pub use merge::{Merged, merge};
 pub use plan::{Level, Plan};
 pub use run::run;

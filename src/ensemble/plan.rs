@@ -5,7 +5,8 @@ use std::ops::Range;
 use std::str::FromStr;
 
 use crate::config::Config;
-use crate::error::{Error, Result};
+use crate::constants::ARCSEC_RAD;
+use crate::error::{Domain, Error, Result};
 use crate::halo::Epoch;
 use crate::io::TabledLens;
 
@@ -64,6 +65,8 @@ pub struct Plan {
     pub level: Level,
     /// The built-in model of the fits.
     pub model: String,
+    /// Radii of discs over which γ_LOS is averaged too, arcsec.
+    pub smoothing_arcsec: Vec<f64>,
     /// The first number.
     pub first: u64,
     /// How many.
@@ -111,6 +114,24 @@ impl Plan {
         Ok(config)
     }
 
+    /// Refuses lenses and discs that the configuration does not reach to.
+    ///
+    /// # Errors
+    /// Those of [`Self::config_of`]; a radius that is not positive, or larger than the cylinder of the haloes is at the source
+    /// of a lens.
+    pub fn check(&self) -> Result<()> {
+        (0..self.lenses.len()).try_for_each(|lens| self.config_of(lens).map(drop))?;
+        let sources = self.lenses.iter().map(|lens| lens.z_source);
+        let z_source = sources.fold(self.config.line_of_sight.z_source, f64::max);
+        let chi = self.config.cosmology.comoving_distance_mpc(z_source);
+        let most = self.config.haloes.radius_cmpc / chi / ARCSEC_RAD;
+        let domain = Domain::above_to(0.0, most);
+        let allowed = format!("{domain}: the cylinder of the haloes ends there at z = {z_source}");
+        self.smoothing_arcsec.iter().try_for_each(|&radius| {
+            domain.check_in_words("radius of smoothing in arcsec", radius, &allowed).map(drop)
+        })
+    }
+
     /// Everything that a sightline depends on beside its number.
     ///
     /// # Errors
@@ -120,6 +141,9 @@ impl Plan {
         let mut text = format!("ensemble\nlevel = {}\nmodel = {model}\n", self.level);
         for TabledLens { name, z_lens, z_source, einstein_radius_arcsec } in &self.lenses {
             text += &format!("lens {name:?} {z_lens} {z_source} {einstein_radius_arcsec:?}\n");
+        }
+        if !self.smoothing_arcsec.is_empty() {
+            text += &format!("smoothing {:?}\n", self.smoothing_arcsec);
         }
         text + config_toml
     }
@@ -142,6 +166,7 @@ mod tests {
             lenses: vec![lens("a", 0.3, 0.9, Some(0.8)), lens("b", 0.6, 2.0, None)],
             level: Level::Scalars,
             model: "tidal-minimal".into(),
+            smoothing_arcsec: Vec::new(),
             first: 3,
             number: 5,
         }
@@ -160,6 +185,16 @@ mod tests {
         assert_eq!(consistent.config_of(0).unwrap().diagnostics.theta_e_arcsec, 0.8);
         let alone = Plan { lenses: Vec::new(), ..paper };
         assert_eq!((alone.lens_of(7), alone.config_of(0).unwrap()), (0, alone.config.clone()));
+    }
+
+    #[test]
+    fn discs_stay_within_the_cylinder() {
+        let with = |smoothing_arcsec| Plan { smoothing_arcsec, ..plan(Preset::Paper) }.check();
+        with(vec![10.0, 60.0]).unwrap();
+        assert!(with(vec![0.0]).unwrap_err().is_bad_input());
+        assert!(
+            with(vec![2000.0]).unwrap_err().to_string().contains("the cylinder of the haloes ends there")
+        );
     }
 
     #[test]

@@ -107,7 +107,15 @@ mod tests {
         let psf = Psf::gaussian(fwhm, instrument.psf_truncation_sigma, scale).unwrap();
         // Fits through haloes have no shear of the line of sight.
         let (level, model) = (Level::Fits, "haloes".to_string());
-        let plan = Plan { config, lenses: Vec::new(), level, model, first: 4, number: 3 };
+        let plan = Plan {
+            config,
+            lenses: Vec::new(),
+            level,
+            model,
+            smoothing_arcsec: vec![30.0],
+            first: 4,
+            number: 3,
+        };
         let folder = tempfile::tempdir().unwrap();
         let (store, _) = SightlineStore::open(&folder.path().join("log"), "", plan.numbers()).unwrap();
         let kept = Outcome::Failed("a former reason".into());

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::columns::{numbers_of, scalar_columns, tidal_columns};
+use super::columns::{disc_shears, numbers_of, scalar_columns, tidal_columns};
 use super::plan::{Level, Plan};
 use crate::error::Result;
 use crate::imaging::{Exposure, Psf};
@@ -40,7 +40,7 @@ pub fn sightline_row(
     let judged = haloes.judged(config, &sight)?;
     let counts = HaloCounts::of(config, &haloes, &judged, &sight);
     let mut row = SightlineRow { all_haloes: Vec::new(), tidal_haloes: Vec::new(), stacks: Vec::new() };
-    let numbers = if plan.level.has_images() {
+    let mut numbers = if plan.level.has_images() {
         let shapes = LensAndSource::resolve(config, number);
         let view = |sight, stage| View::through(config, sight, &shapes, psf, (number, stage), monitor);
         let all = view(&sight, Stage::NoiseAllHaloes)?;
@@ -64,6 +64,8 @@ pub fn sightline_row(
         }
         numbers_of(&counts, &scalars, None, None)
     };
+    let shears = haloes.los_shears_in_discs(config, &sight, &plan.smoothing_arcsec)?;
+    numbers.0.extend(disc_shears(&plan.smoothing_arcsec, &shears).0);
     let columns = scalar_columns(plan);
     row.all_haloes = in_order(&numbers, columns.iter().map(|column| column.name.as_str()));
     let lens = plan.lens_of(number) as f64;

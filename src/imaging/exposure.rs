@@ -28,7 +28,7 @@ const TOLERANCE_OF_BACKGROUND_RMS: f64 = 0.01;
 
 /// Exposes a scene.
 ///
-/// Pixel fluxes are integrated to 1% of the background rms, 26% in the worst pixel of ten images, convolved with `psf`, and the noise of that
+/// Pixel fluxes are integrated to 1% of the background rms, 7% in the worst pixel of thirty images, convolved with `psf`, and the noise of that
 /// stream is added.
 ///
 /// # Errors

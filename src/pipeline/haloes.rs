@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use nalgebra::Complex;
+
 use super::matter::{Selection, mean_convergence};
 use crate::config::{Config, SheetModel};
 use crate::cosmology::LinearTheory;
-use crate::diagnostics::{HaloTidal, JudgedHaloes};
+use crate::diagnostics::{HaloTidal, JudgedHaloes, los_shear_in_disc};
 use crate::error::Result;
 use crate::halo::{HaloCatalogue, Population, mean_density_sheets};
 use crate::mapping::multiplane::{LineOfSight, Reference, Sheets};
@@ -136,12 +138,8 @@ impl Haloes {
     /// # Errors
     /// As [`Self::effects`].
     pub fn effects_along(&self, config: &Config, sight: &LineOfSight) -> Result<HaloTidal> {
-        let theta_e = config.diagnostics.theta_e_arcsec;
-        if !config.line_of_sight.is_beside_axis() {
-            return HaloTidal::along(&self.catalogue, theta_e, |_| [0.0; 2]);
-        }
-        let ray = sight.axis_ray_arcsec(&self.catalogue.chi_cmpc);
-        HaloTidal::along(&self.catalogue, theta_e, |i| ray[i])
+        let ray = self.ray(config.line_of_sight.is_beside_axis(), sight);
+        HaloTidal::along(&self.catalogue, config.diagnostics.theta_e_arcsec, |i| ray[i])
     }
 
     /// κ_h of each halo where it is judged, and whether it is in the tidal regime; `sight` is the line of sight through all.
@@ -150,11 +148,33 @@ impl Haloes {
     /// As [`Self::effects`].
     pub fn judged(&self, config: &Config, sight: &LineOfSight) -> Result<JudgedHaloes> {
         let (theta_e, limit) = (config.diagnostics.theta_e_arcsec, config.diagnostics.delta_threshold);
-        if !config.line_of_sight.is_beside_axis() {
-            return JudgedHaloes::along(&self.catalogue, theta_e, limit, |_| [0.0; 2]);
-        }
-        let ray = sight.axis_ray_arcsec(&self.catalogue.chi_cmpc);
+        let ray = self.ray(config.line_of_sight.is_beside_axis(), sight);
         JudgedHaloes::along(&self.catalogue, theta_e, limit, |i| ray[i])
+    }
+
+    /// γ_LOS to first order, averaged over discs of those radii about the ray that is traced on the axis.
+    ///
+    /// # Errors
+    /// As [`Self::effects`]; a radius that is not positive.
+    pub fn los_shears_in_discs(
+        &self,
+        config: &Config,
+        sight: &LineOfSight,
+        radii_arcsec: &[f64],
+    ) -> Result<Vec<Complex<f64>>> {
+        let ray = self.ray(config.line_of_sight.reference == Reference::Bent, sight);
+        let in_disc = |radius: &f64| {
+            los_shear_in_disc(&self.catalogue, config.line_of_sight.z_lens, *radius, |i| ray[i])
+        };
+        radii_arcsec.iter().map(in_disc).collect()
+    }
+
+    /// Where the axis ray, or the axis itself, meets the plane of each halo, arcsec.
+    fn ray(&self, is_bent: bool, sight: &LineOfSight) -> Vec<[f64; 2]> {
+        match is_bent {
+            true => sight.axis_ray_arcsec(&self.catalogue.chi_cmpc),
+            false => vec![[0.0; 2]; self.catalogue.len()],
+        }
     }
 
     /// The haloes in the tidal regime: Δ_h below the threshold.

@@ -1,10 +1,11 @@
 //! The figures of an ensemble, drawn from its saved table.
 
+use crate::ensemble::{ExpectedShear, Smoothing};
 use crate::error::Result;
 use crate::io::SightlineTable;
 use crate::plot::Figure;
 use crate::plot::figures::{
-    CornerParameter, CornerPosterior, Distributions, corner, distributions, settling,
+    CornerParameter, CornerPosterior, Distributions, corner, cumulative, distributions, settling, smoothing,
 };
 
 /// The modulus of a quantity of two components; empty where the table has none.
@@ -89,6 +90,53 @@ pub fn joint_figure(table: &SightlineTable) -> Figure {
 pub fn settling_figure(table: &SightlineTable) -> Result<Figure> {
     let curve = |rest: &str| running_rms(&modulus(table, "gamma", rest));
     Ok(settling("√⟨|γ_{LOS}|^{2}⟩", &[("axis", curve("los")), ("ring", curve("los_ring"))]))
+}
+
+/// Distributions of |γ_LOS| of the first lenses, one panel each; `rows` are those of [`expected_shears`].
+///
+/// [`expected_shears`]: crate::ensemble::expected_shears
+pub fn expected_figure(rows: &[ExpectedShear]) -> Figure {
+    let lenses = by_lens(rows);
+    let labels: Vec<String> = lenses.iter().map(|(name, _)| format!("|γ^{{LOS}}|{name}")).collect();
+    let names: Vec<Vec<String>> =
+        lenses.iter().map(|(_, rows)| rows.iter().map(|row| row.smoothing.name()).collect()).collect();
+    let panel = |i: usize| Distributions {
+        label: &labels[i],
+        is_log: false,
+        sets: names[i]
+            .iter()
+            .zip(lenses[i].1)
+            .map(|(name, row)| (name.as_str(), row.sizes.clone()))
+            .collect(),
+    };
+    cumulative(&(0..lenses.len().min(DRAWN_LENSES)).map(panel).collect::<Vec<_>>())
+}
+
+/// How the spread of γ_LOS of the first lenses falls with the radius over which it is averaged, from the Einstein ring on.
+pub fn smoothing_figure(rows: &[ExpectedShear]) -> Figure {
+    let lenses = by_lens(rows);
+    let curve = |rows: &[ExpectedShear]| {
+        let beside_axis = rows.iter().filter(|row| row.radius_arcsec > 0.0);
+        beside_axis.map(|row| [row.radius_arcsec, row.sigma[0], row.sigma[1]]).collect()
+    };
+    let drawn = lenses.iter().take(DRAWN_LENSES);
+    let names: Vec<&str> = drawn.clone().map(|(name, _)| name.trim_start_matches(", ")).collect();
+    let curves: Vec<(&str, Vec<[f64; 3]>)> =
+        names.into_iter().zip(drawn.map(|(_, rows)| curve(rows))).collect();
+    smoothing(&curves)
+}
+
+/// Lenses that are drawn; all are in the table.
+const DRAWN_LENSES: usize = 6;
+
+/// The rows of each lens, with its name and redshifts in words.
+fn by_lens(rows: &[ExpectedShear]) -> Vec<(String, &[ExpectedShear])> {
+    let lens = |rows: &ExpectedShear| match &rows.lens {
+        Some(lens) => format!(", {} ({}, {})", lens.name, lens.z_lens, lens.z_source),
+        None => String::new(),
+    };
+    let each = rows.chunk_by(|_, next| next.smoothing != Smoothing::Axis);
+    each.map(|rows| (rows.first().map_or(String::new(), lens), rows)).collect()
 }
 
 /// (N, rms of the first N, its standard error) at about forty N a decade, from ten on.

@@ -3,7 +3,7 @@
 use super::ensemble_figures::{distribution_figure, joint_figure, settling_figure};
 use super::page::{RunRecord, stage_page};
 use super::staged::{stage_figure, stage_json, stage_text};
-use crate::ensemble::EnsembleStatistics;
+use crate::ensemble::{EnsembleStatistics, disc_radii};
 use crate::error::Result;
 use crate::io::{SightlineTable, StackRows, StackSpec, Staging};
 
@@ -53,6 +53,8 @@ fn record(table: &SightlineTable) -> RunRecord {
     option(table.whole.start > 0, "--first", &table.whole.start.to_string());
     option(!table.model.is_empty(), "--model", &table.model);
     option(!table.lenses.is_empty(), "--lenses", "lenses.csv");
+    let radii: Vec<String> = disc_radii(table).iter().map(f64::to_string).collect();
+    option(!radii.is_empty(), "--smoothing", &radii.join(","));
     option(true, "-o", "ensemble_again");
     let about = format!("{number} sightlines of one configuration: {}.", table.level);
     let makes_images = !["scalars", "maps"].contains(&table.level.as_str());

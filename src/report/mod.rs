@@ -17,6 +17,7 @@ mod validity_table;
 
 pub use catalogue_report::{CatalogueReport, NamedFigure, contour_figure};
 pub use curve_figure::curve_figure;
+pub use ensemble_figures::{expected_figure, smoothing_figure};
 pub use ensemble_folder::{SIGHTLINES_FILE, write_ensemble};
 pub use exposure_figure::exposure_figure;
 pub use fit_folder::{FitSummary, NamedTruths, corner_figure, reconstruction_figure, write_fit};

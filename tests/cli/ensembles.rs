@@ -252,3 +252,38 @@ fn a_job_array_of_slurm_ends_with_the_bytes_of_one_process() {
     let many = on_cluster(&job.replace("--shards 4", "--shards 7"));
     folder.check_failure(2, &many, "too many shards", &["at most as many shards as sightlines (6)"]);
 }
+
+#[test]
+fn expected_shears_are_those_of_the_ensemble_with_the_same_discs_and_fall_with_smoothing() {
+    let folder = folder();
+    let options = "small.toml --preset consistent --lenses lenses.csv -n 6 --smoothing 60,5,60 --quiet";
+    succeeds(&folder, &format!("study expected {options} -o expected"));
+    succeeds(&folder, &format!("ensemble {options} -o whole --no-figures"));
+    let (of_study, of_ensemble) = (table(&folder, "expected"), table(&folder, "whole"));
+    assert_eq!(of_study.all_haloes, of_ensemble.all_haloes, "each radius once");
+    assert!(of_study.column("gamma1_los_disc_5").is_some_and(|v| v.iter().all(|v| v.is_finite())));
+    let csv = std::fs::read_to_string(folder.path("expected/expected.csv")).unwrap();
+    let sigma = |lens: &str, over: &str| -> f64 {
+        let row = csv.lines().find(|line| line.starts_with(lens) && line.split(',').nth(3) == Some(over));
+        row.unwrap().split(',').nth(6).unwrap().parse().unwrap()
+    };
+    for lens in ["a,", "b,"] {
+        assert!(sigma(lens, "disc 60") < sigma(lens, "disc 5"), "{csv}");
+        assert!((sigma(lens, "ring") / sigma(lens, "axis") - 1.0).abs() < 0.5, "{csv}");
+    }
+    let page = std::fs::read_to_string(folder.path("expected/report.html")).unwrap();
+    assert!(page.contains("--smoothing 60,5,60") && page.contains("--lenses lenses.csv"));
+    let before = folder.files();
+    for (command, wanted) in [
+        ("study expected --lenses lenses.csv --smoothing 5,-1 -o bad", "radius of smoothing in arcsec is -1"),
+        (
+            "study expected --lenses lenses.csv --smoothing 9999 -o bad",
+            "the cylinder of the haloes ends there",
+        ),
+        ("study expected --lenses none.csv -o bad", "none.csv"),
+        ("study expected -o bad", "--lenses"),
+    ] {
+        folder.check_failure(2, &folder.haloray(command), command, &[wanted]);
+        assert!(folder.files() == before, "{command}");
+    }
+}

@@ -1,12 +1,13 @@
 //! `haloray ensemble`: many sightlines into one table, in parts and with interruptions if need be.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use haloray::ensemble::{
     EnsembleStatistics, Level, Plan, Shard, SightlineStore, StoredStacks, assemble, run as compute, stacks_of,
 };
 use haloray::inference::model::ModelDescription;
-use haloray::io::read_lenses;
+use haloray::io::{Provenance, read_lenses};
 use haloray::mapping::tidal::LineOfSightKind;
 use haloray::report::{SIGHTLINES_FILE, number_text, with_error_text, write_ensemble};
 use haloray::{Error, Result};
@@ -49,6 +50,9 @@ pub struct Args {
     /// The built-in model of the fits.
     #[arg(long, value_name = "NAME", default_value = "tidal-minimal")]
     model: String,
+    /// Radii of discs about the axis ray over which γ_LOS is averaged too, as smoothed maps have it.
+    #[arg(long, value_name = "ARCSEC,…", value_delimiter = ',')]
+    smoothing: Vec<f64>,
     /// Number of the first sightline.
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..1 << 40))]
     first: u64,
@@ -79,11 +83,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         Some(sightline) => (sightline, 1),
         None => (args.first, args.number.unwrap_or(1) * lenses.len().max(1) as u64),
     };
-    let (level, model) = (args.level, args.model.clone());
-    let plan = Plan { config, lenses, level, model, first, number };
-    for lens in 0..plan.lenses.len() {
-        plan.config_of(lens)?;
-    }
+    let (level, model, smoothing_arcsec) = (args.level, args.model.clone(), distinct(&args.smoothing));
+    let plan = Plan { config, lenses, level, model, smoothing_arcsec, first, number };
+    plan.check()?;
     if args.slurm.is_asked_for() {
         return args.slurm.submit(&plan, args.lenses.as_deref(), &args.output, bars);
     }
@@ -92,16 +94,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         let allowed = format!("at most as many shards as sightlines ({number})");
         return Err(Error::argument("--shard", args.shard.to_string(), &allowed));
     }
-    let (psf, provenance) = (psf(&plan.config)?, provenance(&plan.config, 0)?);
+    let provenance = provenance(&plan.config, 0)?;
     let staging = begin(&args.output, &[SIGHTLINES_FILE, "summary.json", "config.toml"], bars)?;
-    let path = store_beside(&args.output);
-    bars.keeps("the sightlines that have ended", &path);
-    let (store, replaced) =
-        SightlineStore::open(&path, &plan.identity(&provenance.config_toml), numbers.clone())?;
-    if let Some(why) = replaced {
-        warn(format_args!("{}: the saved state is {why}; the work begins anew", path.display()));
-    }
-    compute(&plan, numbers.clone(), &psf, &store, bars)?;
+    let store = computed(&plan, numbers.clone(), &provenance, &args.output, bars)?;
     let stacks = stacks_of(&plan.config, plan.level);
     let statistics = bars.stage("files and figures", || {
         let table = assemble(&plan, numbers, &provenance, &store)?;
@@ -111,6 +106,33 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     store.remove();
     tell(&statistics, &files, bars);
     Ok(())
+}
+
+/// Radii of discs in ascending order, each once.
+pub fn distinct(radii_arcsec: &[f64]) -> Vec<f64> {
+    let mut radii = radii_arcsec.to_vec();
+    radii.sort_by(f64::total_cmp);
+    radii.dedup();
+    radii
+}
+
+/// The store of an ensemble for `output` with every sightline of `numbers`: those that have ended before, and the others.
+pub fn computed(
+    plan: &Plan,
+    numbers: Range<u64>,
+    provenance: &Provenance,
+    output: &Path,
+    bars: &Bars,
+) -> Result<SightlineStore> {
+    let path = store_beside(output);
+    bars.keeps("the sightlines that have ended", &path);
+    let identity = plan.identity(&provenance.config_toml);
+    let (store, replaced) = SightlineStore::open(&path, &identity, numbers.clone())?;
+    if let Some(why) = replaced {
+        warn(format_args!("{}: the saved state is {why}; the work begins anew", path.display()));
+    }
+    compute(plan, numbers, &psf(&plan.config)?, &store, bars)?;
+    Ok(store)
 }
 
 /// Where the sightlines of an unfinished ensemble are kept.

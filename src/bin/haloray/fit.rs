@@ -106,7 +106,7 @@ pub enum LikelihoodArg {
 pub enum SamplingArg {
     /// The centre stands for the pixel.
     Point,
-    /// Integrated to 1% of the noise, in the worst pixel of ten images to 26%.
+    /// Integrated to 1% of the noise, in the worst pixel of thirty images to 7%.
     Adaptive,
 }
 

@@ -8,6 +8,7 @@ mod completions;
 mod cut;
 mod distances;
 mod ensemble;
+mod expected;
 mod extract;
 mod fit;
 mod halo_choices;

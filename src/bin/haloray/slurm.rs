@@ -78,6 +78,10 @@ impl Args {
         if let Some(path) = lenses {
             arguments.push(format!("--lenses={}", utf8(&absolute(path)?)?));
         }
+        if !plan.smoothing_arcsec.is_empty() {
+            let radii: Vec<String> = plan.smoothing_arcsec.iter().map(f64::to_string).collect();
+            arguments.push(format!("--smoothing={}", radii.join(",")));
+        }
         let mut config = plan.config.clone();
         config.instrument.psf_file = config.instrument.psf_file.as_deref().map(absolute).transpose()?;
         for file in config.haloes.lightcone.iter_mut().flat_map(|cone| &mut cone.files) {

@@ -20,6 +20,29 @@ pub fn distributions(kinds: &[Distributions]) -> Figure {
     Figure::full_width("Distributions over the sightlines", 0.7, 2, kinds.iter().map(panel))
 }
 
+/// Draws which part of the sightlines lies below a value, two kinds in a row.
+pub fn cumulative(kinds: &[Distributions]) -> Figure {
+    Figure::full_width(
+        "Cumulative distributions over the sightlines",
+        0.7,
+        2,
+        kinds.iter().map(cumulative_panel),
+    )
+}
+
+fn cumulative_panel(kind: &Distributions) -> Panel {
+    const POINTS: usize = 400;
+    let curve = |(i, (name, values)): (usize, &(&str, Vec<f64>))| {
+        let at = |k: usize| k as f64 / POINTS as f64;
+        let points = (0..=POINTS).filter_map(|k| Some([quantile(values, at(k))?, at(k)]));
+        Mark::line(points.collect::<Vec<_>>(), Stroke::solid(Colour::of_curve(i), 1.0)).named(*name)
+    };
+    let x = if kind.is_log { Axis::log(kind.label) } else { Axis::linear(kind.label) };
+    let y = Axis::linear("part of the sightlines below").between(0.0, 1.0);
+    let marks: Vec<Mark> = kind.sets.iter().enumerate().map(curve).collect();
+    Panel { legend: Corner::BottomRight, ..Panel::new(x, y, marks) }
+}
+
 fn panel(kind: &Distributions) -> Panel {
     let scale = if kind.is_log { Scale::Log } else { Scale::Linear };
     let edges = edges(kind, scale);
@@ -84,6 +107,18 @@ fn counts(values: &[f64], edges: &[f64]) -> Vec<f64> {
 
 /// Draws how an average over the first N sightlines settles: (N, average, standard error) of each curve.
 pub fn settling(label: &str, curves: &[(&str, Vec<[f64; 3]>)]) -> Figure {
+    let panel = Panel::new(Axis::log("sightlines"), Axis::linear(label), with_errors(curves));
+    Figure::one_column("Convergence with the number of sightlines", 0.8, panel)
+}
+
+/// Draws how the spread of γ_LOS falls with the radius in arcsec over which it is averaged: (radius, σ, standard error).
+pub fn smoothing(curves: &[(&str, Vec<[f64; 3]>)]) -> Figure {
+    let x = Axis::log("averaged over, radius [arcsec]");
+    let panel = Panel::new(x, Axis::linear("σ of a component of γ^{LOS}"), with_errors(curves));
+    Figure::one_column("What smoothing leaves of γ_LOS", 0.8, panel)
+}
+
+fn with_errors(curves: &[(&str, Vec<[f64; 3]>)]) -> Vec<Mark> {
     let marks = curves.iter().enumerate().flat_map(|(i, (name, steps))| {
         let colour = Colour::of_curve(i);
         let band = Shape::Band {
@@ -93,8 +128,7 @@ pub fn settling(label: &str, curves: &[(&str, Vec<[f64; 3]>)]) -> Figure {
         let line: Vec<[f64; 2]> = steps.iter().map(|[n, value, _]| [*n, *value]).collect();
         [band.into(), Mark::line(line, Stroke::solid(colour, 1.0)).named(*name)]
     });
-    let panel = Panel::new(Axis::log("sightlines"), Axis::linear(label), marks);
-    Figure::one_column("Convergence with the number of sightlines", 0.8, panel)
+    marks.collect()
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub(crate) use corner::{CornerParameter, CornerPosterior, corner};
 pub(crate) use curves::{curves, overlay};
 pub(crate) use cut::cut;
 pub(crate) use cylinder::{CylinderData, cylinder};
-pub(crate) use ensemble::{Distributions, distributions, settling};
+pub(crate) use ensemble::{Distributions, cumulative, distributions, settling, smoothing};
 pub use grid::GridData;
 pub(crate) use histograms::histograms;
 pub(crate) use images::{image_pair, images, reconstruction, source_plane};
@@ -80,7 +80,9 @@ mod tests {
             cut(values, [values; 4], [values; 2]),
             cylinder(&cylinder_data),
             distributions(&[Distributions { label: "", is_log: true, sets: vec![("", values.into())] }]),
+            cumulative(&[Distributions { label: "", is_log: true, sets: vec![("", values.into())] }]),
             settling("", &[("", vec![[NAN; 3]])]),
+            smoothing(&[("", vec![[NAN; 3]])]),
             histograms([values; 3], values, 0.1),
             images([grid; 3], [grid; 3], NAN, 0.1),
             image_pair(grid, grid, NAN),
