@@ -8,7 +8,7 @@ use super::matter::{Selection, mean_convergence};
 use crate::config::{Config, SheetModel};
 use crate::cosmology::LinearTheory;
 use crate::diagnostics::{HaloTidal, JudgedHaloes, los_shear_in_disc};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::halo::{HaloCatalogue, Population, mean_density_sheets};
 use crate::mapping::multiplane::{LineOfSight, Reference, Sheets};
 use crate::numerics::spline::UniformSpline;
@@ -118,16 +118,16 @@ impl Haloes {
     /// What each halo does on its own.
     ///
     /// # Errors
-    /// When an imported halo has parameters that no profile allows.
+    /// When an imported halo has parameters that no profile allows, or lies on the very ray.
     pub fn effects(&self, config: &Config) -> Result<SingleHaloes> {
         let theta_e = config.diagnostics.theta_e_arcsec;
-        let on_axis = HaloTidal::of(&self.catalogue, theta_e)?;
+        let on_axis = self.off_the_ray(HaloTidal::of(&self.catalogue, theta_e)?)?;
         let on_ray = match config.line_of_sight.reference {
             Reference::Straight => None,
             Reference::Bent => {
                 let sight = line_of_sight(config, self, &self.catalogue)?;
                 let ray = sight.axis_ray_arcsec(&self.catalogue.chi_cmpc);
-                Some(HaloTidal::along(&self.catalogue, theta_e, |i| ray[i])?)
+                Some(self.off_the_ray(HaloTidal::along(&self.catalogue, theta_e, |i| ray[i])?)?)
             }
         };
         Ok(SingleHaloes { on_axis, on_ray })
@@ -139,7 +139,16 @@ impl Haloes {
     /// As [`Self::effects`].
     pub fn effects_along(&self, config: &Config, sight: &LineOfSight) -> Result<HaloTidal> {
         let ray = self.ray(config.line_of_sight.is_beside_axis(), sight);
-        HaloTidal::along(&self.catalogue, config.diagnostics.theta_e_arcsec, |i| ray[i])
+        let effects = HaloTidal::along(&self.catalogue, config.diagnostics.theta_e_arcsec, |i| ray[i])?;
+        self.off_the_ray(effects)
+    }
+
+    /// Refuses a halo on the very ray along which it is judged, where its shear is zero and Δ_h no number.
+    fn off_the_ray(&self, effects: HaloTidal) -> Result<HaloTidal> {
+        let Some(i) = effects.delta.iter().position(|delta| !delta.is_finite()) else { return Ok(effects) };
+        let at = format!("({}, {})", self.catalogue.theta_x_arcsec[i], self.catalogue.theta_y_arcsec[i]);
+        let allowed = "off the axis ray, by 1e-6 arcsec say: on it a halo has no shear and Δ_h no value";
+        Err(Error::out_of_range(&format!("position of halo {}", i + 1), at, allowed))
     }
 
     /// κ_h of each halo where it is judged, and whether it is in the tidal regime; `sight` is the line of sight through all.

@@ -241,6 +241,15 @@ fn the_shear_cut_on_a_catalogue_without_masses_is_refused() {
 }
 
 #[test]
+fn a_halo_on_the_very_axis_is_refused_before_anything_is_traced() {
+    let folder = folder();
+    let text = "z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c\n0.4,3,2,1e11,8\n0.3,0,0,1e10,10\n";
+    fs::write(folder.path("axis.csv"), text).unwrap();
+    let wanted = ["position of halo 2 is (0, 0), but must be off the axis ray", "Δ_h no value"];
+    refuses(&folder, "simulate --preset consistent --set haloes.catalogue=axis.csv -o run", &wanted);
+}
+
+#[test]
 fn point_spread_functions_that_are_none_are_refused() {
     let folder = folder();
     let image = |nx: usize, ny: usize, value: f64, pixel_scale_arcsec: f64| ImageFile {
