@@ -127,7 +127,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// The triangles among these, and those about their nodes, that are to be bisected, with their nodes.
+    /// The triangles among these that are to be bisected, with their nodes.
     fn crude(
         &self,
         mapping: &(impl Mapping + ?Sized),

@@ -47,6 +47,12 @@ impl Stroke {
         Self { colour, width_pt, is_dashed: false }
     }
 
+    /// Curve number `n` of a panel: dashed where the colours begin again.
+    pub fn of_curve(n: usize, width_pt: f64) -> Self {
+        let colour = Colour::of_curve(n);
+        Self { colour, width_pt, is_dashed: (0..n).any(|former| Colour::of_curve(former) == colour) }
+    }
+
     pub const fn dashed(colour: Colour, width_pt: f64) -> Self {
         Self { colour, width_pt, is_dashed: true }
     }

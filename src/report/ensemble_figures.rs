@@ -120,10 +120,10 @@ pub fn smoothing_figure(rows: &[ExpectedShear]) -> Figure {
         beside_axis.map(|row| [row.radius_arcsec, row.sigma[0], row.sigma[1]]).collect()
     };
     let drawn = lenses.iter().take(DRAWN_LENSES);
-    let names: Vec<&str> = drawn.clone().map(|(name, _)| name.trim_start_matches(", ")).collect();
-    let curves: Vec<(&str, Vec<[f64; 3]>)> =
-        names.into_iter().zip(drawn.map(|(_, rows)| curve(rows))).collect();
-    smoothing(&curves)
+    let name =
+        |rows: &'_ [ExpectedShear]| rows[0].lens.as_ref().map_or(String::new(), |lens| lens.name.clone());
+    let curves: Vec<(String, Vec<[f64; 3]>)> = drawn.map(|(_, rows)| (name(rows), curve(rows))).collect();
+    smoothing(&curves.iter().map(|(name, curve)| (name.as_str(), curve.clone())).collect::<Vec<_>>())
 }
 
 /// Lenses that are drawn; all are in the table.

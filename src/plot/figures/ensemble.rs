@@ -35,7 +35,7 @@ fn cumulative_panel(kind: &Distributions) -> Panel {
     let curve = |(i, (name, values)): (usize, &(&str, Vec<f64>))| {
         let at = |k: usize| k as f64 / POINTS as f64;
         let points = (0..=POINTS).filter_map(|k| Some([quantile(values, at(k))?, at(k)]));
-        Mark::line(points.collect::<Vec<_>>(), Stroke::solid(Colour::of_curve(i), 1.0)).named(*name)
+        Mark::line(points.collect::<Vec<_>>(), Stroke::of_curve(i, 1.0)).named(*name)
     };
     let x = if kind.is_log { Axis::log(kind.label) } else { Axis::linear(kind.label) };
     let y = Axis::linear("part of the sightlines below").between(0.0, 1.0);
@@ -114,7 +114,11 @@ pub fn settling(label: &str, curves: &[(&str, Vec<[f64; 3]>)]) -> Figure {
 /// Draws how the spread of γ_LOS falls with the radius in arcsec over which it is averaged: (radius, σ, standard error).
 pub fn smoothing(curves: &[(&str, Vec<[f64; 3]>)]) -> Figure {
     let x = Axis::log("averaged over, radius [arcsec]");
-    let panel = Panel::new(x, Axis::linear("σ of a component of γ^{LOS}"), with_errors(curves));
+    let highest = curves.iter().flat_map(|(_, steps)| steps).map(|[_, sigma, error]| sigma + error);
+    // Room for the legend.
+    let top = 1.5 * highest.filter(|v| v.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
+    let y = Axis::linear("σ of a component of γ^{LOS}").between(0.0, top);
+    let panel = Panel { legend: Corner::TopRight, ..Panel::new(x, y, with_errors(curves)) };
     Figure::one_column("What smoothing leaves of γ_LOS", 0.8, panel)
 }
 
@@ -126,7 +130,7 @@ fn with_errors(curves: &[(&str, Vec<[f64; 3]>)]) -> Vec<Mark> {
             colour,
         };
         let line: Vec<[f64; 2]> = steps.iter().map(|[n, value, _]| [*n, *value]).collect();
-        [band.into(), Mark::line(line, Stroke::solid(colour, 1.0)).named(*name)]
+        [band.into(), Mark::line(line, Stroke::of_curve(i, 1.0)).named(*name)]
     });
     marks.collect()
 }
