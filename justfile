@@ -152,11 +152,12 @@ which-shear:
     cargo run --release -- study which-shear target/n1.toml --preset consistent -n 35 -o which_shear
     python3 data/oracle/page.py docs/WHICH_SHEAR.md "haloray study which-shear target/n1.toml --preset consistent -n 35 -o which_shear" which_shear/result.md
 
-# when tidal models are good enough, hours; writes docs/VALIDITY.md
+# when tidal models are good enough, an hour; writes docs/VALIDITY.md and its table
 validity N="1000":
     cargo run --release -- study validity --preset consistent --set source.sersic_index=1 --set image.pixel_sampling=point -n {{N}} \
         --views all,0.1 --starts truth --no-delays --estimate laplace -o validity
     python3 data/oracle/page.py docs/VALIDITY.md "just validity {{N}}" validity/result.md
+    cp validity/validity.h5 data/results/validity.h5
 
 # which γ_LOS is to be expected of six real lenses; writes docs/EXPECTED.md
 expected N="1000":
