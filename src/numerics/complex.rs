@@ -1,4 +1,4 @@
-//! Complex numbers over one `f64` or over [`Lanes`](super::real::Lanes).
+//! Complex numbers over one `f64` or over [`Lanes`].
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
