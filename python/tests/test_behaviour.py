@@ -155,6 +155,8 @@ LONG = """
 import os, signal, sys, threading, time
 import numpy as np
 import haloray as hr
+# Whoever runs the tests in the background ignores it, and children inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sight = hr.LineOfSight(hr.populate({"haloes": {"min_point_shear": 1e-6}}), accuracy_arcsec="exact")
 x = np.random.default_rng(1).uniform(-3, 3, 4_000_000)
 works = {
