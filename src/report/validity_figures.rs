@@ -48,7 +48,12 @@ pub fn validity_figures(
         "h0" => delay_ratios(&ratios(plan, &tidal)),
         _ => varying_haloes(haloes(plan, &tidal)),
     };
-    let is_there = |(name, _): &(&str, &str)| *name != "h0" || plan.has_delays;
+    let is_there = |(name, _): &(&str, &str)| match *name {
+        "h0" => plan.has_delays,
+        // A line between one limit and all haloes would say nothing.
+        "failing" => plan.views.len() > 2,
+        _ => true,
+    };
     let shown: Vec<(&str, &str)> = FIGURES.into_iter().filter(is_there).collect();
     for (name, _) in &shown {
         stage_figure(staging, name, || Ok(Some(draw(name))))?;

@@ -271,6 +271,10 @@ fn expected_shears_are_those_of_the_ensemble_with_the_same_discs_and_fall_with_s
         assert!(sigma(lens, "disc 60") < sigma(lens, "disc 5"), "{csv}");
         assert!((sigma(lens, "ring") / sigma(lens, "axis") - 1.0).abs() < 0.5, "{csv}");
     }
+    let result = std::fs::read_to_string(folder.path("expected/result.md")).unwrap();
+    let bars: Vec<usize> =
+        result.lines().filter(|l| l.starts_with('|')).map(|l| l.matches('|').count()).collect();
+    assert!(bars.len() == 10 && bars.iter().all(|n| *n == bars[0]), "a cell with a bar in it: {result}");
     let page = std::fs::read_to_string(folder.path("expected/report.html")).unwrap();
     assert!(page.contains("--smoothing 60,5,60") && page.contains("--lenses lenses.csv"));
     let before = folder.files();

@@ -95,7 +95,7 @@ pub fn run(args: &ExpectedArgs, bars: &Bars) -> Result<()> {
         [option("-n", args.number, 1000), option("--smoothing", listed(&args.smoothing), "10,30,60"), lenses];
     let record = configured(&staging, "study expected", &options.concat(), about, &provenance)?;
     let shows = [
-        ("expected", "distributions of |γ_LOS|, lens by lens"),
+        ("expected", "distributions of the size of γ_LOS, lens by lens"),
         ("smoothing", "the spread of γ_LOS against the radius over which it is averaged"),
     ];
     finish_study(staging, &result_text(&summary(&expected), &shows), &record, bars)?;
@@ -141,8 +141,16 @@ fn summary(rows: &[ExpectedShear]) -> String {
         let own = [name, redshifts, row.smoothing.name(), with_error_text(row.sigma[0], row.sigma[1])];
         own.into_iter().chain(numbers).collect()
     };
-    let head =
-        ["lens", "z_l, z_s", "averaged over", "σ of a component", "|γ_LOS|: 16%", "50%", "84%", "97.5%"];
+    let head = [
+        "lens",
+        "z_l, z_s",
+        "averaged over",
+        "σ of a component",
+        "size of γ_LOS: 16%",
+        "50%",
+        "84%",
+        "97.5%",
+    ];
     let lines: Vec<Vec<String>> = rows.iter().map(line).collect();
     let each = rows.first().map_or(0, |row| row.sizes.len());
     format!("{each} sightlines of each lens.\n\n{}", markdown_table(&head, &lines))

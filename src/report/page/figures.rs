@@ -13,7 +13,7 @@ const LARGEST_SVG_BYTES: usize = 500_000;
 const LARGEST_SUM_BYTES: usize = 2_000_000;
 
 /// Name, title and caption of the figures of all commands, in the order of a page.
-const CAPTIONS: [(&str, &str, &str); 37] = [
+const CAPTIONS: [(&str, &str, &str); 39] = [
     (
         "images",
         "Images",
@@ -73,6 +73,16 @@ const CAPTIONS: [(&str, &str, &str); 37] = [
          Right both models in all sightlines.",
     ),
     ("cut", "What the shear cut changes", "Changes against the loosest cut, of tensors and of the image."),
+    (
+        "expected",
+        "The shear to be expected of each lens",
+        "The part of the sightlines whose |γ_LOS| is smaller, on the axis, along the Einstein ring and averaged over discs.",
+    ),
+    (
+        "smoothing",
+        "What smoothing leaves",
+        "σ of a component of γ_LOS with its error, against the radius of the ring or disc over which it is averaged.",
+    ),
     (
         "distributions",
         "Distributions over the sightlines",

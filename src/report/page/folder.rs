@@ -23,7 +23,7 @@ const NOT_SHOWN: [&str; 2] = ["catalogue.csv", "curves.csv"];
 const MOST_ROWS_OPEN: usize = 40;
 
 /// What the files of a folder are.
-const FILES: [(&str, &str); 30] = [
+const FILES: [(&str, &str); 31] = [
     ("run.h5", "everything: haloes, maps, images, diagnostics"),
     ("maps.h5", "the maps"),
     ("sightlines.h5", "one row a sightline; xarray.open_dataset(…, group=\"sightlines\") opens it"),
@@ -43,6 +43,7 @@ const FILES: [(&str, &str); 30] = [
     ("cut.csv", "one row a cut"),
     ("haloes.csv", "one row a choice"),
     ("which_shear.csv", "one row a sightline"),
+    ("expected.csv", "one row a lens and average"),
     ("validity.csv", "one row a fit: sightline, case, haloes seen, image, model, start"),
     ("validity.h5", "the same in HDF5"),
     ("ranks.csv", "one row a fit"),
