@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::number_text::{number_text, probability_text};
 use super::page::{RunRecord, stage_page};
-use super::staged::{stage_figure, stage_json, stage_text};
+use super::staged::{Drawing, stage_figures, stage_json, stage_text};
 use crate::error::Result;
 use crate::inference::{Fit, ParameterSummary, UnsampledMaximum};
-use crate::io::{PosteriorVariable, Provenance, RunFile, Staging, write_posterior};
+use crate::io::{PosteriorVariable, Provenance, RunFile, Staging, TIMINGS, write_posterior};
 use crate::plot::figures::{
     CornerParameter, CornerPosterior, GridData, TraceParameter, corner, reconstruction, source_plane,
     trace_plot,
@@ -17,7 +17,7 @@ use crate::plot::figures::{
 use crate::plot::{Anchor, Caption, Colour, Extent, Figure};
 use crate::profile::light::{LightProfile, Sersic};
 
-/// What `timings.json` holds: all that differs between equal runs.
+/// What [`TIMINGS`] holds.
 #[derive(Serialize)]
 struct Timings {
     seconds: f64,
@@ -175,7 +175,7 @@ pub fn write_fit(
 ) -> Result<()> {
     stage_json(staging, &format!("{prefix}summary.json"), summary)?;
     stage_text(staging, &format!("{prefix}model.toml"), &provenance.config_toml)?;
-    stage_json(staging, &format!("{prefix}timings.json"), &Timings { seconds: summary.seconds })?;
+    stage_json(staging, &format!("{prefix}{TIMINGS}"), &Timings { seconds: summary.seconds })?;
     let variables: Vec<PosteriorVariable> = fit
         .parameters
         .iter()
@@ -195,20 +195,24 @@ pub fn write_fit(
     })?;
     staging
         .write(format!("{prefix}reconstruction.h5"), |path| write_reconstruction(fit, path, provenance))?;
-    let draw = |name: &str, figure: &dyn Fn() -> Option<Figure>| {
-        let draw = || Ok(figure().map(|figure| with_verdict(figure, summary)));
-        stage_figure(staging, &format!("{prefix}{name}"), draw)
-    };
-    draw("reconstruction", &|| Some(reconstruction_figure(fit)))?;
-    draw("source", &|| source_figure(fit))?;
     let names: Vec<&str> = fit.parameters.iter().map(|p| p.name.as_str()).collect();
     let physical = most_physical(&names);
-    draw("corner", &|| Some(corner_figure(&[("", fit)], &physical, truths)))?;
-    let has_more = physical.len() < names.len();
-    draw("corner_all", &|| has_more.then(|| corner_figure(&[("", fit)], &names, truths)))?;
     let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
-    draw("corner_shear", &|| (shears.len() > 1).then(|| corner_figure(&[("", fit)], &shears, truths)))?;
-    draw("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1))))?;
+    let corner = |names: &[&str]| corner_figure(&[("", fit)], names, truths);
+    type Draw<'a> = &'a (dyn Fn() -> Option<Figure> + Send + Sync);
+    let figures: [(&str, Draw); 6] = [
+        ("reconstruction", &|| Some(reconstruction_figure(fit))),
+        ("source", &|| source_figure(fit)),
+        ("corner", &|| Some(corner(&physical))),
+        ("corner_all", &|| (physical.len() < names.len()).then(|| corner(&names))),
+        ("corner_shear", &|| (shears.len() > 1).then(|| corner(&shears))),
+        ("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1)))),
+    ];
+    let figures = figures.map(|(name, figure)| {
+        let draw: Drawing = Box::new(move || Ok(figure().map(|figure| with_verdict(figure, summary))));
+        (format!("{prefix}{name}"), draw)
+    });
+    stage_figures(staging, figures.into())?;
     stage_page(staging, prefix, record)
 }
 

@@ -26,9 +26,9 @@ pub use number_text::{
     with_error_text,
 };
 pub use page::{PAGE_FILE, RunRecord, page, stage_page};
-pub use run_figures::{draw_figures, map_figures};
+pub use run_figures::{map_figures, run_figures};
 pub use run_folder::{RUN_FILE, image_file, write_run};
-pub use staged::{markdown_table, result_text, stage_figure, stage_json, stage_text};
+pub use staged::{Drawing, markdown_table, result_text, stage_figure, stage_figures, stage_json, stage_text};
 pub use study_figures::{cut_figure, tidal_residual_figure, which_shear_figure};
 pub use validity_figures::validity_figures;
 pub use validity_table::{validity_result, validity_table};

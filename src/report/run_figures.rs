@@ -1,8 +1,10 @@
 //! Every figure of a run, drawn from its saved file alone.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::curve_figure::lay_over;
+use super::staged::Drawing;
 use crate::config::Config;
 use crate::constants::ARCSEC_RAD;
 use crate::diagnostics::CriticalCurves;
@@ -17,39 +19,46 @@ use crate::plot::{Colour, Figure};
 /// Of the haloes in the tidal regime every tenth is drawn, as in the paper.
 const CYLINDER_STRIDE: usize = 10;
 
-/// Hands each figure of the run saved at `run_file`, not drawn yet, with its name to `save`.
+/// Each figure of the run saved at `run_file`, by name, to be drawn.
 ///
 /// # Errors
-/// When the file is not a run of haloray, or saving fails.
-pub fn draw_figures(
-    run_file: &Path,
-    save: impl Fn(&str, &dyn Fn() -> Result<Figure>) -> Result<()>,
-) -> Result<()> {
-    let (file, config) = open(run_file)?;
+/// When the file is not a run of haloray.
+pub fn run_figures(run_file: &Path) -> Result<Vec<(&'static str, Drawing<'static>)>> {
+    let run = Arc::new(open(run_file)?);
+    let figure = |draw: fn(&RunFileReader, &Config) -> Result<Figure>| -> Drawing<'static> {
+        let run = Arc::clone(&run);
+        Box::new(move || draw(&run.0, &run.1).map(Some))
+    };
+    let mut figures = vec![("cylinder", figure(cylinder_figure)), ("histograms", figure(histogram_figure))];
     // Haloes of the user's own do not come from the relation of the configuration.
-    if !config.haloes.is_imported() {
-        save("mass_function", &|| mass_function_figure(&file))?;
+    if !run.1.haloes.is_imported() {
+        figures.insert(0, ("mass_function", figure(mass_function_figure)));
     }
-    save("cylinder", &|| cylinder_figure(&file, &config))?;
-    save("histograms", &|| histogram_figure(&file, &config))?;
-    for (name, figure) in map_figures(run_file)? {
-        save(name, &|| Ok(figure.clone()))?;
-    }
-    save("images", &|| image_figure(&file, &config))
+    figures.extend(map_figures(run_file)?);
+    figures.push(("images", figure(image_figure)));
+    Ok(figures)
 }
 
-/// The figures of the maps saved in `file` (of a run, or of maps alone), with their names.
+/// The figures of the maps saved in `file` (of a run, or of maps alone), by name, to be drawn.
 ///
 /// # Errors
 /// When the file holds no maps.
-pub fn map_figures(file: &Path) -> Result<[(&'static str, Figure); 2]> {
-    let (file, config) = open(file)?;
-    let (mut tidal, mut flexion) = (tidal_map_figure(&file, &config)?, flexion_map_figure(&file, &config)?);
-    let of_images = file.names("/")?.iter().any(|name| name == "images");
-    if let Some(curves) = saved_curves(&file, if of_images { "images/all_haloes" } else { "" })? {
-        tidal.panels.iter_mut().for_each(|panel| lay_over(panel, &curves, Colour::BLACK));
-        flexion.panels.iter_mut().for_each(|panel| lay_over(panel, &curves, Colour::WHITE));
-    }
+pub fn map_figures(file: &Path) -> Result<[(&'static str, Drawing<'static>); 2]> {
+    let saved = Arc::new(open(file)?);
+    let of_images = saved.0.names("/")?.iter().any(|name| name == "images");
+    let figure = |draw: fn(&RunFileReader, &Config) -> Result<Figure>, colour| -> Drawing<'static> {
+        let saved = Arc::clone(&saved);
+        Box::new(move || {
+            let mut figure = draw(&saved.0, &saved.1)?;
+            let parent = if of_images { "images/all_haloes" } else { "" };
+            if let Some(curves) = saved_curves(&saved.0, parent)? {
+                figure.panels.iter_mut().for_each(|panel| lay_over(panel, &curves, colour));
+            }
+            Ok(Some(figure))
+        })
+    };
+    let (tidal, flexion) =
+        (figure(tidal_map_figure, Colour::BLACK), figure(flexion_map_figure, Colour::WHITE));
     Ok([("tidal_maps", tidal), ("flexion_maps", flexion)])
 }
 
@@ -78,7 +87,7 @@ fn number(file: &RunFileReader, object: &str, name: &str) -> Result<f64> {
     })
 }
 
-fn mass_function_figure(file: &RunFileReader) -> Result<Figure> {
+fn mass_function_figure(file: &RunFileReader, _: &Config) -> Result<Figure> {
     let masses = file.read_1d("mass_function", "m200c_msun")?;
     let density = file.read_1d("mass_function", "dn_dlnm_per_cmpc3")?;
     let name = match file.read_attribute("mass_function", "name")? {

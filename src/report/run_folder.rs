@@ -1,7 +1,7 @@
 //! The folder of a run: `run.h5`, `summary.json`, FITS images and figures.
 
-use super::run_figures::draw_figures;
-use super::staged::{stage_figure, stage_json, stage_text};
+use super::run_figures::run_figures;
+use super::staged::{stage_figures, stage_json, stage_text};
 use crate::config::Config;
 use crate::error::Result;
 use crate::imaging::{Psf, SkyGrid};
@@ -27,9 +27,9 @@ pub fn write_run(run: &Simulation, psf: &Psf, staging: &Staging, provenance: &Pr
             staging.write(format!("image_{name}{suffix}.fits"), |path| image.write(path, provenance))?;
         }
     }
-    draw_figures(&staging.path(RUN_FILE), |name, figure| {
-        stage_figure(staging, &format!("figures/{name}"), || figure().map(Some))
-    })
+    let figures = run_figures(&staging.path(RUN_FILE))?;
+    let named = figures.into_iter().map(|(name, draw)| (format!("figures/{name}"), draw));
+    stage_figures(staging, named.collect())
 }
 
 /// An exposure of `config` as the fitter reads it.

@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::number_text::true_minus;
@@ -27,8 +28,22 @@ pub fn stage_json(staging: &Staging, name: &str, value: &impl Serialize) -> Resu
     stage_text(staging, name, &(json + "\n"))
 }
 
-/// Stages of `NAME.svg`, `NAME.png` and `NAME.pdf` those that are wanted, where `draw` makes a figure. One that cannot be drawn is left out, and the staging
-/// folder remembers why: numbers are worth more than their picture.
+/// Makes a figure, or none where there is nothing to show.
+pub type Drawing<'a> = Box<dyn Fn() -> Result<Option<Figure>> + Send + Sync + 'a>;
+
+/// Stages of `NAME.svg`, `NAME.png` and `NAME.pdf` those that are wanted, for each name and its drawing, on all cores.
+/// What cannot be drawn is left out, and the staging folder remembers why: numbers are worth more than their picture.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for a name that leaves the folder.
+pub fn stage_figures(staging: &Staging, figures: Vec<(String, Drawing)>) -> Result<()> {
+    let drawn = figures.into_par_iter().map(|(name, draw)| try_figure(staging, &name, draw));
+    let complaints = drawn.collect::<Result<Vec<_>>>()?;
+    complaints.into_iter().flatten().for_each(|complaint| staging.complain(complaint));
+    Ok(())
+}
+
+/// [`stage_figures`] for one.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] for a name that leaves the folder.
@@ -37,9 +52,19 @@ pub fn stage_figure(
     name: &str,
     draw: impl FnOnce() -> Result<Option<Figure>>,
 ) -> Result<()> {
+    try_figure(staging, name, draw)?.into_iter().for_each(|complaint| staging.complain(complaint));
+    Ok(())
+}
+
+/// Stages a figure; what it cannot do, in words.
+fn try_figure(
+    staging: &Staging,
+    name: &str,
+    draw: impl FnOnce() -> Result<Option<Figure>>,
+) -> Result<Option<String>> {
     let FigureFiles { extensions, style } = staging.figures();
     if extensions.is_empty() {
-        return Ok(());
+        return Ok(None);
     }
     let (style, svg) = (Style::named(style), format!("{name}.svg"));
     let drawn = catch_unwind(AssertUnwindSafe(|| match draw()? {
@@ -49,15 +74,14 @@ pub fn stage_figure(
         }
     }));
     let why = match drawn {
-        Ok(Ok(())) => return Ok(()),
+        Ok(Ok(())) => return Ok(None),
         Ok(Err(error @ (Error::OutOfRange { .. } | Error::Cancelled))) => return Err(error),
         Ok(Err(error)) => error.to_string(),
         Err(_) => "drawing it failed".into(),
     };
     let files = extensions.iter().map(|extension| staging.path(format!("{name}.{extension}")));
     files.for_each(|file| drop(std::fs::remove_file(file)));
-    staging.complain(format!("there is no figure {name}: {why}"));
-    Ok(())
+    Ok(Some(format!("there is no figure {name}: {why}")))
 }
 
 /// The result of a study in Markdown, for its page in `docs/`: tables, then figures by name with what they show.

@@ -88,7 +88,7 @@ fn is_staged(run: &Path, name: &str) -> bool {
 fn a_killed_run_shows_no_result_and_the_same_command_succeeds_afterwards() {
     let folder = Folder::with(&[("my.toml", CONFIG)]);
     let run = folder.path("run");
-    for moment in [".lock", "run.h5", "figures"] {
+    for moment in [".haloray-lock", "run.h5", "figures"] {
         let mut child = Command::new(BINARY)
             .args(["simulate", "my.toml", "-o", "run", "--quiet"])
             .current_dir(folder.path(""))

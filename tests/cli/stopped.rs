@@ -51,7 +51,7 @@ fn check(output: &Output, code: i32, arguments: &str, wanted: &[&str]) {
 /// True once a staging folder has appeared in that folder.
 fn has_begun(folder: &Folder, output: &str) -> bool {
     let Ok(entries) = fs::read_dir(folder.path(output)) else { return false };
-    entries.flatten().any(|entry| entry.path().join(".lock").exists())
+    entries.flatten().any(|entry| entry.path().join(".haloray-lock").exists())
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use haloray::Result;
 use haloray::io::{Provenance, RunFile, Staging, write_atomically, write_curves, write_maps};
 use haloray::pipeline::{self, LensAndSource, critical_curves, line_of_sight, main_lens, source_centre};
-use haloray::report::{RunRecord, map_figures, stage_figure, stage_page};
+use haloray::report::{RunRecord, map_figures, stage_figures, stage_page};
 
 use crate::bars::Bars;
 use crate::output::{Output, commit, print_files};
@@ -77,9 +77,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         }
         Output::Folder(staging) => {
             staging.write("maps.h5", write)?;
-            for (name, figure) in map_figures(&staging.path("maps.h5"))? {
-                stage_figure(&staging, name, || Ok(Some(figure)))?;
-            }
+            let figures = map_figures(&staging.path("maps.h5"))?;
+            stage_figures(&staging, figures.map(|(name, draw)| (name.into(), draw)).into())?;
             stage_page(&staging, "", &record(args, &staging, &provenance)?)?;
             commit(staging)?
         }

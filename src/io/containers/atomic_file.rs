@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::temporaries::{Temporary, file_prefix, sweep_files, undivided};
+use super::temporaries::{Temporary, own_prefix, sweep_files, undivided};
 use crate::error::{Error, Result};
 
 /// Writes one file so that its name only ever shows a complete one.
@@ -50,7 +50,7 @@ fn reserve(path: &Path) -> Result<(tempfile::TempPath, Temporary)> {
     sweep_files(folder_of(&target));
     let suffix = target.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
     let mut builder = tempfile::Builder::new();
-    let prefix = file_prefix();
+    let prefix = own_prefix();
     builder.prefix(&prefix).suffix(&suffix);
     #[cfg(unix)] // a private mode is the default of temporary files; outputs follow the umask
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

@@ -17,14 +17,20 @@ const JOURNAL: &str = ".commit";
 /// Former files, in a staging folder, until the new ones are in place.
 const FORMER: &str = ".former";
 
-/// The files of a run with a hash of their bytes.
+/// How long a run took: the file of all that differs between equal runs.
+pub const TIMINGS: &str = "timings.json";
+
+/// The files of a run with a hash of their bytes; that of [`TIMINGS`] is empty, so that equal runs have equal manifests.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Manifest {
     files: BTreeMap<String, String>,
 }
 
-fn fingerprint(path: &Path) -> io::Result<String> {
-    Ok(format!("{:016x}", hash(&fs::read(path)?)))
+fn fingerprint(folder: &Path, name: &str) -> io::Result<String> {
+    match Path::new(name).ends_with(TIMINGS) {
+        true => Ok(String::new()),
+        false => Ok(format!("{:016x}", hash(&fs::read(folder.join(name))?))),
+    }
 }
 
 impl Manifest {
@@ -42,10 +48,7 @@ impl Manifest {
     /// Whether the run wrote the file of that name in `folder`, as it is now: what was changed since is its owner's.
     pub fn owns(&self, folder: &Path, name: &str) -> bool {
         name == MANIFEST
-            || self
-                .files
-                .get(name)
-                .is_some_and(|own| fingerprint(&folder.join(name)).is_ok_and(|now| now == *own))
+            || self.files.get(name).is_some_and(|own| fingerprint(folder, name).is_ok_and(|now| now == *own))
     }
 
     /// With the entries of a former one that this one lacks.
@@ -58,7 +61,7 @@ impl Manifest {
 
     /// Of the staged files of those names.
     pub fn of_files(staging: &Path, names: &[String]) -> io::Result<Self> {
-        let listed = names.iter().map(|name| Ok((name.clone(), fingerprint(&staging.join(name))?)));
+        let listed = names.iter().map(|name| Ok((name.clone(), fingerprint(staging, name)?)));
         Ok(Self { files: listed.collect::<io::Result<_>>()? })
     }
 }

@@ -10,11 +10,9 @@ use tempfile::TempDir;
 
 use super::atomic_file::{check_target, folder_of, place_error, sync, sync_folder};
 use super::manifest::{Commit, MANIFEST, Manifest, Replace, check_replaceable, checked_name, target_in};
-use super::temporaries::{Temporary, host_name, prefix_for, sweep_files, undivided};
+use super::stale::{LOCK_NAME, lock, remove_free_lock, remove_stale};
+use super::temporaries::{Temporary, own_prefix, sweep_files, undivided};
 use crate::error::{Error, Result};
-
-/// Locked as long as the run that owns the staging folder lives.
-const LOCK_NAME: &str = ".lock";
 
 /// As what figures are written, and how they look; SVG and PNG of the first style where nobody says otherwise.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,20 +65,16 @@ impl Staging {
             true => None,
             false => Some(Temporary::make_output_folder(final_dir)?.map_err(|e| place_error(final_dir, e))?),
         };
-        let host = host_name();
-        if let Some(host) = &host {
-            remove_stale(final_dir, &prefix_for(host));
-            remove_stale(folder_of(final_dir), &prefix_for(host));
-        }
+        remove_stale(final_dir);
+        remove_stale(folder_of(final_dir));
+        remove_free_lock(final_dir);
         sweep_files(final_dir);
-        let _ = fs::remove_file(final_dir.join(LOCK_NAME)); // of a run killed right after its folder took its place
         let former = Manifest::of_folder(final_dir);
         names.iter().try_for_each(|name| {
             check_target(&target_in(final_dir, Path::new(name)))?;
             check_replaceable(final_dir, name, &former, replace)
         })?;
-        let prefix = prefix_for(host.as_deref().unwrap_or("host"));
-        match Temporary::make(|| tempfile::Builder::new().prefix(&prefix).tempdir_in(final_dir))? {
+        match Temporary::make(|| tempfile::Builder::new().prefix(&own_prefix()).tempdir_in(final_dir))? {
             Ok((folder, _known)) => {
                 let _lock = lock(folder.path());
                 let (final_dir, complaints) = (final_dir.into(), Mutex::default());
@@ -245,35 +239,6 @@ fn take_place(staging: &Path, final_dir: &Path) -> bool {
     is_done
 }
 
-/// Creates the lock file. It gets its name only once locked, so nobody sees it unlocked.
-fn lock(folder: &Path) -> Option<File> {
-    let unnamed = folder.join(".locking");
-    let file = File::create(&unnamed).ok()?;
-    let locked = file.try_lock().is_ok();
-    if locked {
-        fs::rename(&unnamed, folder.join(LOCK_NAME)).ok()?;
-    } else {
-        fs::remove_file(&unnamed).ok()?; // no locks on this file system: never seen as stale
-    }
-    locked.then_some(file)
-}
-
-/// Sweeps staging folders of this host whose lock is free: their runs are dead. One that had begun its renames is
-/// finished, so that no part of a set of files stays.
-///
-/// The host is part of the name because some network file systems keep locks to one host.
-fn remove_stale(final_dir: &Path, prefix: &str) {
-    let Ok(entries) = fs::read_dir(final_dir) else { return };
-    for entry in entries.flatten().filter(|e| e.file_name().to_string_lossy().starts_with(prefix)) {
-        let Ok(file) = File::open(entry.path().join(LOCK_NAME)) else { continue };
-        if file.try_lock().is_ok() {
-            let finished =
-                Commit::begun(&entry.path()).is_none_or(|c| c.run(&entry.path(), final_dir).is_ok());
-            let _ = if finished { fs::remove_dir_all(entry.path()) } else { Ok(()) };
-        }
-    }
-}
-
 /// Paths of all staged files relative to the staging folder, sorted.
 fn files_below(root: &Path, inner: &Path) -> Result<Vec<PathBuf>> {
     let folder = root.join(inner);
@@ -348,6 +313,21 @@ mod tests {
     }
 
     #[test]
+    fn times_do_not_make_manifests_differ() {
+        let out = tempfile::tempdir().unwrap();
+        let run = |seconds: &str| {
+            let staging = Staging::begin(out.path(), &["fits/a/timings.json"], Replace::Own).unwrap();
+            staging
+                .write("fits/a/timings.json", |p| fs::write(p, seconds).map_err(|e| Error::write(p, e)))
+                .unwrap();
+            staging.commit().unwrap();
+            fs::read_to_string(out.path().join(MANIFEST)).unwrap()
+        };
+        assert_eq!(run("1.5"), run("2.5"));
+        assert_eq!(fs::read_to_string(out.path().join("fits/a/timings.json")).unwrap(), "2.5");
+    }
+
+    #[test]
     fn names_that_leave_the_folder_are_refused() {
         let out = tempfile::tempdir().unwrap();
         let staging = Staging::begin(out.path(), &[], Replace::Own).unwrap();
@@ -380,7 +360,15 @@ mod tests {
         drop(dead);
         let next = Staging::begin(out.path(), &[], Replace::Own).unwrap();
         assert!(living.path("").is_dir() && next.path("").is_dir());
-        assert_eq!(kept.exists(), host_name().is_none());
+        assert_eq!(kept.exists(), crate::io::containers::temporaries::host_name().is_none());
+    }
+
+    #[test]
+    fn staging_inside_a_staged_folder_leaves_its_lock() {
+        let out = tempfile::tempdir().unwrap();
+        let outer = Staging::begin(out.path(), &[], Replace::Own).unwrap();
+        let _inner = Staging::begin(&outer.path("."), &[], Replace::Own).unwrap();
+        assert!(outer.path(LOCK_NAME).exists());
     }
 
     #[test]

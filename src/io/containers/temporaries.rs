@@ -17,24 +17,28 @@ pub(super) fn host_name() -> Option<String> {
     (!plain.is_empty()).then_some(plain)
 }
 
-/// How the names of staging folders of a host begin.
+/// How the names of temporaries of a host begin.
 pub(super) fn prefix_for(host: &str) -> String {
     format!("{PREFIX}{host}-")
 }
 
-/// How the names of this process's temporary files begin.
-pub(super) fn file_prefix() -> String {
+/// How the names of this process's temporary files and staging folders begin.
+pub(super) fn own_prefix() -> String {
     format!("{}{}+", prefix_for(host_name().as_deref().unwrap_or("host")), std::process::id())
+}
+
+/// Whether the process of this host that a temporary is named after lives no longer.
+pub(super) fn maker_is_dead(name: &str, host: &str) -> bool {
+    let process = name.strip_prefix(&prefix_for(host)).and_then(|rest| rest.split_once('+'));
+    let process = process.and_then(|(process, _)| process.parse::<u32>().ok());
+    process.is_some_and(|process| !Path::new(&format!("/proc/{process}")).exists())
 }
 
 /// Removes the temporary files in `folder` of processes of this host that live no longer.
 pub(super) fn sweep_files(folder: &Path) {
     let (Some(host), Ok(entries)) = (host_name(), fs::read_dir(folder)) else { return };
     for entry in entries.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let process = name.strip_prefix(&prefix_for(&host)).and_then(|rest| rest.split_once('+'));
-        let process = process.and_then(|(process, _)| process.parse::<u32>().ok());
-        if process.is_some_and(|process| !Path::new(&format!("/proc/{process}")).exists()) {
+        if maker_is_dead(&entry.file_name().to_string_lossy(), &host) {
             let _ = fs::remove_file(entry.path());
         }
     }
