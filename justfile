@@ -243,6 +243,11 @@ kills N="1000":
     cargo build --release
     python3 data/oracle/kills.py target/release/haloray {{N}} docs/RELIABILITY.md
 
+# every command on 1, 2 and 7 threads and with FMA masked; counts into docs/RELIABILITY.md
+same-bytes:
+    cargo build --release
+    python3 data/oracle/same_bytes.py target/release/haloray docs/RELIABILITY.md
+
 # an ensemble on a one-node Slurm that the check starts itself (root; Debian's slurm-wlm): a task killed, the node drained
 slurm:
     $(command -v sudo) apt-get install -y slurm-wlm munge

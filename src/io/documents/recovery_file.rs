@@ -1,20 +1,23 @@
-//! Ended fits of a catalogue, one small JSON file each, so that none is ever repeated.
+//! Ended fits of a catalogue, a small folder each, so that none is ever repeated.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::io::containers::{Saved, write_text};
+use crate::io::containers::{Saved, TIMINGS, write_text};
 use crate::mock::ShearRecovery;
 
 #[derive(Serialize, Deserialize)]
 struct SavedRecovery {
     /// Everything the fit depends on, in short.
     key: String,
-    /// Seconds it took.
-    seconds: f64,
     fit: ShearRecovery,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Timings {
+    seconds: f64,
 }
 
 /// A name as a file can bear it: letters, digits and `-`, everything else `_`.
@@ -22,9 +25,9 @@ pub fn plain_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect()
 }
 
-/// Where the fit of `image` with `model` lies under `folder`.
+/// Where the fit of `image` with `model` lies under `folder`: `recovery.json`, and `timings.json` beside it.
 pub fn recovery_path(folder: &Path, image: &str, model: &str) -> PathBuf {
-    folder.join("fits").join(plain_name(model)).join(format!("{}.json", plain_name(image)))
+    folder.join("fits").join(plain_name(model)).join(plain_name(image)).join("recovery.json")
 }
 
 /// Saves a fit that has ended, atomically; `key` says what it depends on.
@@ -36,12 +39,16 @@ pub fn write_recovery(folder: &Path, key: &str, fit: &ShearRecovery, seconds: f6
     if let Some(parent) = path.parent() {
         std::fs::create_dir_all(parent).map_err(|e| Error::write(parent, e))?;
     }
-    let saved = SavedRecovery { key: key.into(), seconds, fit: fit.clone() };
-    let json = serde_json::to_string(&saved).map_err(|e| Error::write(&path, e))?;
-    write_text(&path, &json)
+    let json = |path: &Path, text: serde_json::Result<String>| {
+        text.map_err(|e| Error::write(path, e)).and_then(|text| write_text(path, &(text + "\n")))
+    };
+    let timings = path.with_file_name(TIMINGS);
+    json(&timings, serde_json::to_string(&Timings { seconds }))?;
+    json(&path, serde_json::to_string(&SavedRecovery { key: key.into(), fit: fit.clone() }))
 }
 
-/// The saved fit of `image` with `model` and its seconds; what is of another key or damaged cannot be used.
+/// The saved fit of `image` with `model` and its seconds, 0 where nobody knows them; what is of another key or damaged
+/// cannot be used.
 ///
 /// # Errors
 /// [`Error::Read`] for a file that cannot be read.
@@ -58,7 +65,11 @@ pub fn read_recovery(
         Err(source) => return Err(Error::Read { path, source }),
     };
     Ok(match serde_json::from_slice::<SavedRecovery>(&bytes) {
-        Ok(saved) if saved.key == key => Saved::State((saved.fit, saved.seconds)),
+        Ok(saved) if saved.key == key => {
+            let timings = std::fs::read(path.with_file_name(TIMINGS)).unwrap_or_default();
+            let seconds = serde_json::from_slice(&timings).map_or(0.0, |timings: Timings| timings.seconds);
+            Saved::State((saved.fit, seconds))
+        }
         Ok(_) => Saved::Unusable("of another command"),
         Err(_) => Saved::Unusable("damaged, or of another version of haloray"),
     })
