@@ -1,7 +1,8 @@
 //! `haloray study catalogue`: every image of a catalogue with every model; precision, accuracy, outliers.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::Mutex;
 
 use haloray::imaging::PixelSampling;
 use haloray::inference::model::ModelDescription;
@@ -93,27 +94,33 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
     let key = |(i, m): (usize, usize)| keys[i * models.len() + m].as_str();
     let saved =
         |task: (usize, usize)| read_recovery(&output, key(task), &images[task.0].name, &models[task.1].name);
-    let mut missing = Vec::new();
+    let mut fits = BTreeMap::new();
     for task in &all {
         match saved(*task)? {
-            Saved::State(_) => continue,
+            Saved::State(fit) => drop(fits.insert(*task, fit)),
             Saved::Nothing => {}
             Saved::Unusable(why) => {
                 let (image, model) = (&images[task.0].name, &models[task.1].name);
                 warn(format_args!("the saved fit of {image} with {model} is {why}; it begins anew"));
             }
         }
-        missing.push(*task);
     }
-    let ended = AtomicUsize::new(all.len() - missing.len());
+    let missing: Vec<_> = all.iter().copied().filter(|task| !fits.contains_key(task)).collect();
+    let fits = Mutex::new(fits);
     fit_catalogue(&images, &models, &missing, &settings, bars, |task, fit, seconds| {
-        let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
         match fit {
             Ok(fit) => {
-                write_recovery(&output, key(task), &fit, seconds)?;
-                if !bars.is_quiet() {
-                    print(&line(number, all.len(), &fit, &truths[task.0], seconds));
+                match write_recovery(&output, key(task), &fit, seconds) {
+                    Err(error @ Error::Write { .. }) => {
+                        warn(format_args!("{error}; the study goes on, but would repeat this fit"));
+                    }
+                    written => written?,
                 }
+                let mut fits = fits.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+                if !bars.is_quiet() {
+                    print(&line(fits.len() + 1, all.len(), &fit, &truths[task.0], seconds));
+                }
+                fits.insert(task, (fit, seconds));
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
@@ -124,15 +131,12 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
         Ok(())
     })?;
 
-    let mut report =
-        CatalogueReport { models: models.iter().map(|m| m.name.clone()).collect(), fits: vec![] };
-    let mut seconds = 0.0;
-    for task in &all {
-        if let Saved::State((fit, own)) = saved(*task)? {
-            seconds += own;
-            report.fits.push((fit, truths[task.0].clone()));
-        }
-    }
+    let fits = fits.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let seconds: f64 = fits.values().map(|(_, seconds)| seconds).sum();
+    let report = CatalogueReport {
+        models: models.iter().map(|m| m.name.clone()).collect(),
+        fits: fits.into_iter().map(|(task, (fit, _))| (fit, truths[task.0].clone())).collect(),
+    };
     if report.fits.is_empty() {
         return Err(Error::out_of_range(
             "number of fits",
