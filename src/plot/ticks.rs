@@ -16,8 +16,8 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// The densest ticks, up to so many intervals, whose labels do not touch; a few more intervals where there would not be
-    /// two ticks.
+    /// The densest ticks, up to so many intervals, whose labels do not touch. Where there would not be two ticks, a few more
+    /// intervals, and if their labels touch every other one of them.
     pub fn for_span(span: &Span, direction: Direction, most_intervals: usize) -> Self {
         let of = |intervals| match span.scale {
             Scale::Linear => linear(span.low, span.high, intervals),
@@ -29,8 +29,19 @@ impl Ticks {
         if found.major.len() >= 2 {
             return found;
         }
-        let more = (most + 1..=most + 4).map(of).find(|ticks| ticks.major.len() >= 2 && fits(ticks));
-        more.unwrap_or(found)
+        let labelled = |ticks: &Ticks| ticks.major.iter().filter(|(_, label)| !label.is_empty()).count();
+        let serves = |ticks: &Ticks| labelled(ticks) >= 2 && fits(ticks);
+        let more = (most + 1..=most + 4).map(of).find(serves);
+        let sparse = || (2..=most + 4).map(|intervals| of(intervals).every_other()).find(serves);
+        more.or_else(sparse).unwrap_or(found)
+    }
+
+    /// The same with every other label blank; that of zero stays.
+    fn every_other(mut self) -> Self {
+        let kept = self.major.iter().position(|(value, _)| *value == 0.0).unwrap_or(0) % 2;
+        let others = self.major.iter_mut().enumerate().filter(|(i, _)| i % 2 != kept);
+        others.for_each(|(_, (_, label))| label.clear());
+        self
     }
 
     /// Blanks the labels that stick out of a horizontal span, as long as another one is left.

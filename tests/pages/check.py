@@ -41,6 +41,10 @@ n_sersic = 1.0
 center_x = { uniform = [-0.2, 0.2] }
 center_y = { uniform = [-0.2, 0.2] }
 """
+LENSES = """name,z_lens,z_source,theta_E_arcsec
+near,0.3,1.2,1.0
+far,0.6,1.8,0.8
+"""
 RUNS = {
     "simulate": "simulate small.toml --curves -o simulate",
     "fit": "fit simulate/image_all_haloes.fits --model small_model.toml --max-draws 60 -o fit",
@@ -50,6 +54,8 @@ RUNS = {
     "mock": "mock -n 9 -o mock",
     "ensemble": "ensemble small.toml -n 24 -o ensemble",
     "calibration": "study calibration -n 2 -o calibration",
+    "validity": "study validity small.toml -n 4 --views all,0.1 --starts truth --estimate laplace --no-delays -o validity",
+    "expected": "study expected small.toml --lenses lenses.csv -n 6 -o expected",
     "map": "map small.toml --curves -o map",
     "image": "image small.toml -o image",
     "images": "images point.json --source 0.1,0.05 -o images",
@@ -64,6 +70,9 @@ LONG = {
 POINT_LENS = pathlib.Path(__file__).resolve().parents[2] / "examples/point_source/model.json"
 # 1: a short fit has not converged, which its page must say.
 EXIT_CODES = {"fit": (1,), "catalogue": (0, 1)}
+# Titles of figures with a frame that sticks out of their page.
+CUT_OFF = """[...document.querySelectorAll("figure svg")].filter(svg => [...svg.querySelectorAll(":scope > rect, :scope > g > rect")]
+  .some(r => r.x.baseVal.value + r.width.baseVal.value > svg.viewBox.baseVal.width + 0.1)).map(svg => svg.querySelector("title")?.textContent)"""
 SIZES = {360: 740, 800: 1000, 1600: 1000}
 SERIOUS = {"serious", "critical"}
 
@@ -72,6 +81,7 @@ def run_all(binary, folder, runs):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "small.toml").write_text(CONFIG)
     (folder / "small_model.toml").write_text(MODEL)
+    (folder / "lenses.csv").write_text(LENSES)
     (folder / "point.json").write_text(POINT_LENS.read_text())
     environment = os.environ | {"HDF5_USE_FILE_LOCKING": "FALSE"}
     for name, command in runs.items():
@@ -171,6 +181,7 @@ def main(binary, out, which=""):
                     over = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
                     if over > 0:
                         faults.append(f"{where}: {over} px too wide")
+                    faults += [f"{where}: {cut} is cut off" for cut in page.evaluate(CUT_OFF)]
                     page.screenshot(path=shots / f"{name}_{width}_{scheme}.png", full_page=True)
                     if width == 800 and scheme == "light":
                         controls_work(page, name)
