@@ -70,9 +70,9 @@ LONG = {
 POINT_LENS = pathlib.Path(__file__).resolve().parents[2] / "examples/point_source/model.json"
 # 1: a short fit has not converged, which its page must say.
 EXIT_CODES = {"fit": (1,), "catalogue": (0, 1)}
-# Titles of figures with a frame that sticks out of their page.
+# Names of figures with a frame that sticks out of their page.
 CUT_OFF = """[...document.querySelectorAll("figure svg")].filter(svg => [...svg.querySelectorAll(":scope > rect, :scope > g > rect")]
-  .some(r => r.x.baseVal.value + r.width.baseVal.value > svg.viewBox.baseVal.width + 0.1)).map(svg => svg.querySelector("title")?.textContent)"""
+  .some(r => r.x.baseVal.value + r.width.baseVal.value > svg.viewBox.baseVal.width + 0.1)).map(svg => svg.closest("figure").id)"""
 SIZES = {360: 740, 800: 1000, 1600: 1000}
 SERIOUS = {"serious", "critical"}
 
