@@ -66,7 +66,7 @@ for study, rest in {
     "which-shear": "small.toml --set image.pixels=48 -n 1",
     "validity": "small.toml -n 2 --views all --models tidal-minimal --starts truth --estimate laplace --no-delays",
     "expected": "small.toml --lenses lenses.csv -n 3",
-    "calibration": "-n 1",
+    "calibration": "-n 2",
     "catalogue": f"mine --models model.toml {FIT}",
 }.items():
     COMMANDS[f"study {study}"] = (f"study {study} {rest} -o out", "--seed 7")
