@@ -97,6 +97,7 @@ def main():
                 counts[name]["kills"] += killed
                 counts[name][outcome] += 1
                 campaign.faults += faults
+                print(*faults, sep="", end="\n" * len(faults), file=sys.stderr)
                 total += killed
             runs += 20
             print(f"{total} of {number}, {len(campaign.faults)} faults", file=sys.stderr)

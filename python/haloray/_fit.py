@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Union, cast
@@ -242,6 +242,7 @@ def fit(
     sampler: str = "valley",
     seed: int = 1,
     min_ess: float = 400.0,
+    profile: Sequence[str] = (),
     max_draws: int | None = None,
     likelihood: str | None = None,
     pixel_sampling: str | None = None,
@@ -266,6 +267,10 @@ def fit(
         Seed of everything random.
     min_ess : float
         Effective draws of every quantity before which sampling goes on, at least 400.
+    profile : sequence of str
+        Free parameters, ``"gamma1_los"``, whose profile likelihoods ``statistics["profiles"]`` then holds: ``best_fit``,
+        ``interval68`` and ``interval95`` (the ends of −2Δln L < 1 and 4, Wilks 1938; None where the prior's edge was reached first),
+        ``values`` and ``delta_log_likelihood``.
     max_draws : int, optional
         Draws of a chain or walker after which sampling stops, converged or not.
     likelihood : {"gaussian", "lenstronomy"}, optional
@@ -304,6 +309,7 @@ def fit(
         sampler=expect("sampler", sampler, str, "a sampler's name"),
         seed=whole("seed", seed),
         min_ess=number("min_ess", min_ess),
+        profile=_names(profile),
         max_draws=None if max_draws is None else whole("max_draws", max_draws, 4, 2**31),
         likelihood=None if likelihood is None else expect("likelihood", likelihood, str, "a likelihood's name"),
         pixel_sampling=None if pixel_sampling is None else expect("pixel_sampling", pixel_sampling, str, "a name"),
@@ -320,6 +326,13 @@ def fit(
     for complaint in found["complaints"]:
         warnings.warn(complaint, stacklevel=2)
     return fit_of(found)
+
+
+def _names(profile: object) -> list[str]:
+    """Names of parameters, no single one: its letters are no names."""
+    if isinstance(profile, str) or not isinstance(profile, Sequence):
+        raise refuse("profile", profile, "a sequence of names of free parameters")
+    return [expect("profile", name, str, "a parameter's name") for name in profile]
 
 
 def fit_of(found: dict[str, Any]) -> Fit:

@@ -116,6 +116,7 @@ pub struct Options {
     sampler: String,
     seed: u64,
     min_ess: f64,
+    profile: Vec<String>,
     max_draws: Option<usize>,
     likelihood: Option<String>,
     pixel_sampling: Option<String>,
@@ -247,15 +248,17 @@ pub fn fit<'py>(
             None => CompiledModel::new(&description),
             Some(haloes) => CompiledModel::through_haloes(&description, haloes),
         };
+        let model = model.map_err(in_model)?;
+        options.profile.iter().try_for_each(|name| model.place_of_free(name).map(drop))?;
         let names = ["summary.json", "timings.json", "model.toml", "posterior.nc"];
         let staging =
             options.output.as_ref().map(|path| staged(path, &names, options.overwrite)).transpose()?;
         let mut state = StateFile::at(options.resume.clone(), same, monitor);
         let task = monitor.task(&description.name, None);
-        let fit =
-            Fit::run(observed, model.map_err(in_model)?, settings, &mut state, monitor).map_err(in_model)?;
+        let fit = Fit::run(observed, model, settings, &mut state, monitor).map_err(in_model)?;
         drop(task);
-        let summary = FitSummary::of(&fit, &description.name, state.seconds());
+        let profiles = fit.profiles(&options.profile, monitor)?;
+        let summary = FitSummary { profiles, ..FitSummary::of(&fit, &description.name, state.seconds()) };
         let json = serde_json::to_string(&summary);
         let json = json.map_err(|e| Error::out_of_range("summary", e, "representable as JSON"))?;
         let mut complaints = Vec::new();

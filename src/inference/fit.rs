@@ -7,6 +7,7 @@ use super::fit_settings::FitSettings;
 use super::likelihood::{Counter, ImageLikelihood, ModelImage, Observation};
 use super::model::{CompiledModel, Quantity};
 use super::optimise::{Maximum, StartSearch, to_the_top};
+use super::profile::{Profile, profiles};
 use super::run::{RunStatus, SamplerRun};
 use super::sample::{Chains, Evidence, Problem};
 use super::store::{FitState, FitStore, NoStore};
@@ -229,6 +230,14 @@ impl Fit {
     /// (data − model)/σ of every pixel; see [`ImageLikelihood::normalised_residuals`].
     pub fn normalised_residuals(&self) -> Vec<f64> {
         self.likelihood.normalised_residuals(&self.image.model_e_s)
+    }
+
+    /// Profile likelihoods of the free parameters of those names; see [`Profile`].
+    ///
+    /// # Errors
+    /// A name that is not of a free parameter; when cancelled.
+    pub fn profiles(&self, names: &[String], monitor: &dyn Monitor) -> Result<Vec<Profile>> {
+        profiles(&self.likelihood, (&self.maximum, &self.chains), names, monitor)
     }
 
     /// The draws of one fitted or derived quantity, chain by chain.

@@ -14,6 +14,7 @@ pub mod likelihood;
 pub mod model;
 pub mod optimise;
 pub mod parameter;
+mod profile;
 mod run;
 pub mod sample;
 mod store;
@@ -27,6 +28,7 @@ pub use likelihood::{
 };
 pub use optimise::{Maximum, StartSearch, climb_from, find_start};
 pub use parameter::{Prior, PriorShape};
+pub use profile::Profile;
 pub use run::{Quantities, RunStatus, SamplerRun};
 pub use store::{FitState, FitStore, NoStore};
 pub use top::{Top, normal_pair};

@@ -8,11 +8,11 @@ use super::number_text::{number_text, probability_text};
 use super::page::{RunRecord, stage_page};
 use super::staged::{Drawing, stage_figures, stage_json, stage_text};
 use crate::error::Result;
-use crate::inference::{Fit, ParameterSummary, UnsampledMaximum};
+use crate::inference::{Fit, ParameterSummary, Profile, UnsampledMaximum};
 use crate::io::{PosteriorVariable, Provenance, RunFile, Staging, TIMINGS, write_posterior};
 use crate::plot::figures::{
-    CornerParameter, CornerPosterior, GridData, TraceParameter, corner, reconstruction, source_plane,
-    trace_plot,
+    CornerParameter, CornerPosterior, GridData, ProfileCurve, TraceParameter, corner, profiles,
+    reconstruction, source_plane, trace_plot,
 };
 use crate::plot::{Anchor, Caption, Colour, Extent, Figure};
 use crate::profile::light::{LightProfile, Sersic};
@@ -78,6 +78,9 @@ pub struct FitSummary {
     pub amplitudes: std::collections::BTreeMap<String, f64>,
     /// One entry a fitted or derived quantity.
     pub parameters: Vec<ParameterSummary>,
+    /// Profile likelihoods that were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub profiles: Vec<Profile>,
 }
 
 impl FitSummary {
@@ -110,6 +113,7 @@ impl FitSummary {
             samples_of_brightness: fit.likelihood.mesh().samples(),
             amplitudes: names.into_iter().zip(fit.image.amplitudes.iter().copied()).collect(),
             parameters: fit.parameters.clone(),
+            profiles: Vec::new(),
         }
     }
 }
@@ -199,14 +203,17 @@ pub fn write_fit(
     let physical = most_physical(&names);
     let shears: Vec<&str> = names.iter().copied().filter(|name| name.starts_with("gamma")).collect();
     let corner = |names: &[&str]| corner_figure(&[("", fit)], names, truths);
+    let first_truths: &[(String, f64)] = truths.first().map_or(&[], |set| &set.1);
     type Draw<'a> = &'a (dyn Fn() -> Option<Figure> + Send + Sync);
-    let figures: [(&str, Draw); 6] = [
+    let has_profiles = !summary.profiles.is_empty();
+    let figures: [(&str, Draw); 7] = [
         ("reconstruction", &|| Some(reconstruction_figure(fit))),
         ("source", &|| source_figure(fit)),
         ("corner", &|| Some(corner(&physical))),
         ("corner_all", &|| (physical.len() < names.len()).then(|| corner(&names))),
         ("corner_shear", &|| (shears.len() > 1).then(|| corner(&shears))),
-        ("trace", &|| Some(trace_figure(fit, truths.first().map_or(&[], |set| &set.1)))),
+        ("profiles", &|| has_profiles.then(|| profile_figure(fit, &summary.profiles, first_truths))),
+        ("trace", &|| Some(trace_figure(fit, first_truths))),
     ];
     let figures = figures.map(|(name, figure)| {
         let draw: Drawing = Box::new(move || Ok(figure().map(|figure| with_verdict(figure, summary))));
@@ -292,6 +299,24 @@ fn trace_figure(fit: &Fit, truths: &[(String, f64)]) -> Figure {
         })
         .collect();
     trace_plot(&parameters)
+}
+
+/// Profile likelihoods beside the posterior densities of the same parameters.
+fn profile_figure(fit: &Fit, found: &[Profile], truths: &[(String, f64)]) -> Figure {
+    let draws: Vec<Vec<f64>> =
+        found.iter().map(|profile| fit.draws_of(&profile.name).unwrap_or_default().concat()).collect();
+    let curves: Vec<ProfileCurve> = found
+        .iter()
+        .zip(&draws)
+        .map(|(profile, draws)| ProfileCurve {
+            label: &profile.label,
+            unit: profile.unit,
+            ratio: profile.likelihood_ratio(),
+            draws,
+            truth: truth_of(truths, &profile.name),
+        })
+        .collect();
+    profiles(&curves)
 }
 
 fn truth_of(truths: &[(String, f64)], name: &str) -> Option<f64> {

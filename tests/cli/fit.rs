@@ -82,6 +82,40 @@ fn a_fit_finds_what_the_image_was_made_with_on_any_number_of_threads() {
 }
 
 #[test]
+fn a_profile_stands_beside_the_posterior_of_the_parameters_that_are_named() {
+    let folder = folder();
+    let refused = folder.haloray("fit image.fits --model small.toml -o fit --profile lens.theta_E,theta");
+    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && !folder.path("fit").exists(), "{told}");
+    assert!(
+        ["--profile", "theta", "lens.theta_E", "source.R_sersic"].iter().all(|word| told.contains(word)),
+        "{told}"
+    );
+
+    let output = folder.haloray("fit image.fits --model small.toml -o fit --profile lens.theta_E,lens.e1");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(printed.contains("profile likelihood"), "{printed}");
+    let summary = summary(&folder, "fit");
+    let profiles = summary["profiles"].as_array().unwrap();
+    assert_eq!(profiles.len(), 2);
+    for profile in profiles {
+        let parameters = summary["parameters"].as_array().unwrap();
+        let fitted = parameters.iter().find(|p| p["name"] == profile["name"]).unwrap();
+        let end = |key: &str, i: usize| profile[key][i].as_f64().unwrap();
+        // A nearly normal posterior under wide priors: both intervals are one.
+        let posterior = fitted["hpd68_high"].as_f64().unwrap() - fitted["hpd68_low"].as_f64().unwrap();
+        let ratio = (end("interval68", 1) - end("interval68", 0)) / posterior;
+        assert!((ratio - 1.0).abs() < 0.2, "{ratio}: {profile} {fitted}");
+        let wider = (end("interval95", 1) - end("interval95", 0)) / posterior;
+        assert!((wider - 2.0).abs() < 0.4, "{wider}: {profile}");
+        let median = fitted["median"].as_f64().unwrap();
+        assert!(end("interval68", 0) < median && median < end("interval68", 1), "{profile} {fitted}");
+    }
+    assert!(folder.path("fit/profiles.svg").exists());
+}
+
+#[test]
 fn a_fit_that_does_not_converge_keeps_its_results_and_exits_1() {
     let folder = folder();
     let output = folder.haloray("fit image.fits --model small.toml -o fit --max-draws 20 --quiet");

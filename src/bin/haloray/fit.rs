@@ -72,6 +72,10 @@ pub struct Args {
     /// Seed of everything random.
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
+    /// Free parameters (gamma1_los,lens.theta_E) whose profile likelihood is wanted beside the posterior: how high ln L gets
+    /// where each is held, and the intervals of −2Δln L < 1 and 4, in which priors have no part but for their edges.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    profile: Vec<String>,
     /// JSON object of true values by parameter name, drawn as lines in the corner plot.
     #[arg(long, value_name = "FILE.json")]
     truth: Option<PathBuf>,
@@ -151,7 +155,7 @@ pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Resul
 }
 
 /// What the folder of a fit holds.
-const FIT_FILES: [&str; 13] = [
+const FIT_FILES: [&str; 15] = [
     "summary.json",
     "timings.json",
     "model.toml",
@@ -163,6 +167,8 @@ const FIT_FILES: [&str; 13] = [
     "reconstruction.png",
     "source.svg",
     "source.png",
+    "profiles.svg",
+    "profiles.png",
     "trace.svg",
     "trace.png",
 ];
@@ -217,6 +223,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     let model = compile(&description, &keywords)?;
     let known: Vec<String> = model.quantities().into_iter().map(|quantity| quantity.name).collect();
     let truths = args.truth.as_deref().map_or(Ok(Vec::new()), |path| read_truths(path, &known))?;
+    for name in &args.profile {
+        model.place_of_free(name).map_err(|error| error.named("name of a free parameter", "--profile"))?;
+    }
     let provenance = Provenance::new(Some(args.seed), toml_of(&description));
     let staging = begin(output, &FIT_FILES, bars)?;
 
@@ -236,7 +245,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         error.in_model(&description.name)
     })?;
     drop(task);
-    let summary = FitSummary::of(&fit, &description.name, saved.seconds());
+    let profiles = fit.profiles(&args.profile, monitor)?;
+    let summary = FitSummary { profiles, ..FitSummary::of(&fit, &description.name, saved.seconds()) };
     let about = match description.about.as_str() {
         "" => format!("An image fitted with the model {}.", description.name),
         about => about.to_owned(),
@@ -261,6 +271,7 @@ fn fit_record(args: &Args, image: &Path, about: &str, provenance: &Provenance) -
         option("--max-draws", text(args.max_draws.map(|n| n.to_string())), ""),
         option("--min-ess", args.min_ess, ESS_LIMIT),
         option("--seed", args.seed, 1),
+        option("--profile", args.profile.join(","), ""),
         option("--truth", text(args.truth.as_deref().map(file_name)), ""),
     ];
     let inputs = [file_name(image), "--model".into(), "model.toml".into()];
@@ -389,6 +400,22 @@ pub fn table(summary: &FitSummary, truths: &[(String, f64)]) -> String {
             p.r_hat,
             p.ess_bulk.min(p.ess_tail)
         );
+    }
+    if !summary.profiles.is_empty() {
+        let _ = writeln!(
+            text,
+            "\n{:<24} {:>11} {:>24} {:>24}",
+            "profile likelihood", "highest at", "−2Δln L < 1", "−2Δln L < 4"
+        );
+    }
+    for profile in &summary.profiles {
+        let ends = |interval: [Option<f64>; 2]| {
+            let [low, high] = interval.map(|end| end.map_or("edge".into(), |end| decimals_text(end, 5)));
+            format!("[{low}, {high}]")
+        };
+        let (name, best) = (&profile.name, decimals_text(profile.best_fit, 5));
+        let (inner, outer) = (ends(profile.interval68), ends(profile.interval95));
+        let _ = writeln!(text, "{name:<24} {best:>11} {inner:>24} {outer:>24}");
     }
     if let (Some(z), Some(error)) = (summary.log_evidence, summary.log_evidence_error) {
         let _ = writeln!(text, "\nln Z = {} ± {error:.2}", decimals_text(z, 2));

@@ -135,6 +135,17 @@ impl CompiledModel {
         self.free.iter().zip(latent).map(|(p, z)| p.prior.at_latent(*z)).map(|[v, d]| (v, d)).unzip()
     }
 
+    /// Where the free parameter of that name stands among all.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a name that is none of theirs.
+    pub fn place_of_free(&self, name: &str) -> Result<usize> {
+        self.free.iter().position(|free| free.name == name).ok_or_else(|| {
+            let names: Vec<&str> = self.free.iter().map(|free| free.name.as_str()).collect();
+            Error::out_of_range("name of a free parameter", name, &names.join(", "))
+        })
+    }
+
     /// Latent coordinates of values of the free parameters.
     pub fn to_latent(&self, values: &[f64]) -> Vec<f64> {
         self.free.iter().zip(values).map(|(p, v)| p.prior.to_latent(*v)).collect()

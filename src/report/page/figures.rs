@@ -13,7 +13,7 @@ const LARGEST_SVG_BYTES: usize = 500_000;
 const LARGEST_SUM_BYTES: usize = 2_000_000;
 
 /// Name, title and caption of the figures of all commands, in the order of a page.
-const CAPTIONS: [(&str, &str, &str); 39] = [
+const CAPTIONS: [(&str, &str, &str); 40] = [
     (
         "images",
         "Images",
@@ -60,6 +60,12 @@ const CAPTIONS: [(&str, &str, &str); 39] = [
     ("corner_shear", "Posterior of the shears", "The same for the shears alone."),
     ("corner_all", "Posterior of all parameters", "Every quantity of the fit."),
     ("source", "Source", "The source of the best fit in its plane."),
+    (
+        "profiles",
+        "Profile likelihoods",
+        "How high the likelihood gets where a parameter is held, beside its posterior density; grey lines end intervals of 68 and 95%. \
+         Where both differ, the priors of all parameters decide.",
+    ),
     (
         "trace",
         "Chains",
