@@ -49,6 +49,7 @@ fn a_study_that_was_stopped_repeats_no_fit_and_ends_with_the_same_table() {
     assert_eq!(fitted(&printed(&folder, "study catalogue . --models small.toml -o parts --first 1")), 1);
     // What a killed study leaves of a fit that had not ended is no fit.
     let half = folder.path("parts/fits/small/1_fits/recovery.json");
+    std::fs::create_dir_all(half.parent().unwrap()).unwrap();
     std::fs::write(half, "{\"key\":").unwrap();
     assert_eq!(fitted(&printed(&folder, "study catalogue . --models small.toml -o parts")), 2);
     assert_eq!(fitted(&printed(&folder, "study catalogue . --models small.toml -o parts")), 0);
