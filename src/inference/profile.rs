@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::likelihood::{Counter, Curvature, ImageLikelihood, LatentLikelihood, NoCurvature};
 use super::model::FreeParameter;
-use super::optimise::{Maximum, climb};
+use super::optimise::{Maximum, no_model, to_the_top};
 use super::parameter::PriorShape;
 use super::sample::Chains;
 use crate::error::Result;
@@ -86,15 +86,13 @@ pub(super) fn profiles(
     for name in names {
         let index = likelihood.model().place_of_free(name)?;
         let search = Search { likelihood: &within_edges, free: &free[index], index, draws: &draws };
-        found.extend(search.profile(&maximum.latent));
+        let profile = search.profile(&maximum.latent);
         counter.evaluations()?;
+        found.push(profile.ok_or_else(|| no_model(likelihood))?);
         task.advance(1);
     }
     Ok(found)
 }
-
-/// Steps of one climb.
-const ITERATIONS: usize = 200;
 
 /// ln L alone where priors are flat: their latent coordinates cost nothing.
 struct WithinEdges<'a> {
@@ -159,7 +157,7 @@ struct Held {
 
 impl Search<'_> {
     fn profile(&self, start: &[f64]) -> Option<Profile> {
-        let top = climb(self.likelihood, start.to_vec(), &[], ITERATIONS)?;
+        let top = to_the_top(self.likelihood, start.to_vec())?;
         let centre = Held { value: self.value(&top.latent), maximum: top };
         let (below, above) = join(|| self.side(&centre, -1.0), || self.side(&centre, 1.0));
         let mut held: Vec<Held> = below.into_iter().rev().chain([centre]).chain(above).collect();
@@ -252,11 +250,67 @@ impl Search<'_> {
         from.latent.iter().zip(step.iter()).map(|(z, step)| z + step).collect()
     }
 
+    /// The top that is reached from `start` while the parameter is held.
     fn held_at(&self, value: f64, mut start: Vec<f64>) -> Option<Maximum> {
-        start[self.index] = self.free.prior.to_latent(value);
-        let mut is_held = vec![false; start.len()];
-        is_held[self.index] = true;
-        climb(self.likelihood, start, &is_held, ITERATIONS)
+        let held = self.free.prior.to_latent(value);
+        start.remove(self.index);
+        let others = Others { likelihood: self.likelihood, index: self.index, held };
+        let top = if start.is_empty() { start } else { to_the_top(&others, start)?.latent };
+        let latent = others.with_held(&top);
+        let there = self.likelihood.curvature(&latent).ok()?;
+        Some(Maximum { latent, log_posterior: there.log_posterior, metric: there.metric })
+    }
+}
+
+/// A likelihood over all coordinates but one, which is held.
+struct Others<'a> {
+    likelihood: &'a dyn LatentLikelihood,
+    index: usize,
+    held: f64,
+}
+
+impl Others<'_> {
+    fn with_held(&self, others: &[f64]) -> Vec<f64> {
+        let mut latent = others.to_vec();
+        latent.insert(self.index, self.held);
+        latent
+    }
+
+    /// What the held coordinate's prior takes from a posterior density of all, and not from one of the others.
+    fn own(&self) -> f64 {
+        0.5 * self.held * self.held
+    }
+}
+
+impl LatentLikelihood for Others<'_> {
+    fn dimension(&self) -> usize {
+        self.likelihood.dimension() - 1
+    }
+
+    fn log_likelihood(&self, others: &[f64]) -> f64 {
+        self.likelihood.log_likelihood(&self.with_held(others))
+    }
+
+    fn log_likelihood_gradient(&self, others: &[f64], gradient: &mut [f64]) -> f64 {
+        let mut of_all = vec![0.0; self.likelihood.dimension()];
+        let value = self.likelihood.log_likelihood_gradient(&self.with_held(others), &mut of_all);
+        of_all.remove(self.index);
+        gradient.copy_from_slice(&of_all);
+        value
+    }
+
+    fn curvature(&self, others: &[f64]) -> std::result::Result<Curvature, NoCurvature> {
+        let Curvature { log_posterior, gradient, metric } =
+            self.likelihood.curvature(&self.with_held(others))?;
+        Ok(Curvature {
+            log_posterior: log_posterior + self.own(),
+            gradient: gradient.remove_row(self.index),
+            metric: metric.remove_row(self.index).remove_column(self.index),
+        })
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.likelihood.is_cancelled()
     }
 }
 

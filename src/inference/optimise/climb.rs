@@ -46,7 +46,7 @@ pub(crate) fn to_the_top(likelihood: &dyn LatentLikelihood, latent: Vec<f64>) ->
 
 /// Levenberg–Marquardt on ln L − ½|z|² with the Fisher matrix, the coordinates `held` staying where they are; `None` where
 /// the start has no likelihood.
-pub(in crate::inference) fn climb(
+pub(super) fn climb(
     likelihood: &dyn LatentLikelihood,
     mut latent: Vec<f64>,
     held: &[bool],

@@ -7,7 +7,6 @@ mod guess;
 mod start;
 
 pub use climb::Maximum;
-pub(super) use climb::climb;
 pub(crate) use climb::to_the_top;
 pub(crate) use conditional_maximum::{Axes, MOST_CURVATURES};
 pub(crate) use expansion::ConditionalMaximum;
