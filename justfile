@@ -248,6 +248,11 @@ same-bytes:
     cargo build --release
     python3 data/oracle/same_bytes.py target/release/haloray docs/RELIABILITY.md
 
+# licences, sources and advisories of all crates (deny.toml); where github.com, which has the advisories, is out of reach: `just deny "licenses bans sources"`
+deny WHAT="":
+    cargo install --locked --quiet --root target/deny cargo-deny@0.20.2
+    target/deny/bin/cargo-deny check {{WHAT}}
+
 # an ensemble on a one-node Slurm that the check starts itself (root; Debian's slurm-wlm): a task killed, the node drained
 slurm:
     $(command -v sudo) apt-get install -y slurm-wlm munge
