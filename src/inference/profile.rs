@@ -6,7 +6,7 @@
 use rayon::join;
 use serde::Serialize;
 
-use super::likelihood::{Counter, Curvature, ImageLikelihood, LatentLikelihood, NoCurvature};
+use super::likelihood::{Counter, ImageLikelihood, LatentLikelihood, Others, WithinEdges};
 use super::model::FreeParameter;
 use super::optimise::{Maximum, no_model, to_the_top};
 use super::parameter::PriorShape;
@@ -92,52 +92,6 @@ pub(super) fn profiles(
         task.advance(1);
     }
     Ok(found)
-}
-
-/// ln L alone where priors are flat: their latent coordinates cost nothing.
-struct WithinEdges<'a> {
-    likelihood: &'a dyn LatentLikelihood,
-    is_flat: Vec<bool>,
-}
-
-impl WithinEdges<'_> {
-    fn free_of_charge(&self, latent: &[f64]) -> f64 {
-        let flat = latent.iter().zip(&self.is_flat).filter(|(_, is_flat)| **is_flat);
-        0.5 * flat.map(|(z, _)| z * z).sum::<f64>()
-    }
-}
-
-impl LatentLikelihood for WithinEdges<'_> {
-    fn dimension(&self) -> usize {
-        self.likelihood.dimension()
-    }
-
-    fn log_likelihood(&self, latent: &[f64]) -> f64 {
-        self.likelihood.log_likelihood(latent) + self.free_of_charge(latent)
-    }
-
-    fn log_likelihood_gradient(&self, latent: &[f64], gradient: &mut [f64]) -> f64 {
-        let value = self.likelihood.log_likelihood_gradient(latent, gradient);
-        let flat = gradient.iter_mut().zip(latent).zip(&self.is_flat).filter(|(_, is_flat)| **is_flat);
-        flat.for_each(|((slope, z), _)| *slope += z);
-        value + self.free_of_charge(latent)
-    }
-
-    fn curvature(&self, latent: &[f64]) -> std::result::Result<Curvature, NoCurvature> {
-        /// What is left of the unit prior, so that a direction that the image does not measure has a scale.
-        const LEAST: f64 = 1e-3;
-        let mut found = self.likelihood.curvature(latent)?;
-        found.log_posterior += self.free_of_charge(latent);
-        for i in (0..latent.len()).filter(|i| self.is_flat[*i]) {
-            found.gradient[i] += latent[i];
-            found.metric[(i, i)] -= 1.0 - LEAST;
-        }
-        Ok(found)
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.likelihood.is_cancelled()
-    }
 }
 
 /// One parameter that is held, and how its others are found.
@@ -259,58 +213,6 @@ impl Search<'_> {
         let latent = others.with_held(&top);
         let there = self.likelihood.curvature(&latent).ok()?;
         Some(Maximum { latent, log_posterior: there.log_posterior, metric: there.metric })
-    }
-}
-
-/// A likelihood over all coordinates but one, which is held.
-struct Others<'a> {
-    likelihood: &'a dyn LatentLikelihood,
-    index: usize,
-    held: f64,
-}
-
-impl Others<'_> {
-    fn with_held(&self, others: &[f64]) -> Vec<f64> {
-        let mut latent = others.to_vec();
-        latent.insert(self.index, self.held);
-        latent
-    }
-
-    /// What the held coordinate's prior takes from a posterior density of all, and not from one of the others.
-    fn own(&self) -> f64 {
-        0.5 * self.held * self.held
-    }
-}
-
-impl LatentLikelihood for Others<'_> {
-    fn dimension(&self) -> usize {
-        self.likelihood.dimension() - 1
-    }
-
-    fn log_likelihood(&self, others: &[f64]) -> f64 {
-        self.likelihood.log_likelihood(&self.with_held(others))
-    }
-
-    fn log_likelihood_gradient(&self, others: &[f64], gradient: &mut [f64]) -> f64 {
-        let mut of_all = vec![0.0; self.likelihood.dimension()];
-        let value = self.likelihood.log_likelihood_gradient(&self.with_held(others), &mut of_all);
-        of_all.remove(self.index);
-        gradient.copy_from_slice(&of_all);
-        value
-    }
-
-    fn curvature(&self, others: &[f64]) -> std::result::Result<Curvature, NoCurvature> {
-        let Curvature { log_posterior, gradient, metric } =
-            self.likelihood.curvature(&self.with_held(others))?;
-        Ok(Curvature {
-            log_posterior: log_posterior + self.own(),
-            gradient: gradient.remove_row(self.index),
-            metric: metric.remove_row(self.index).remove_column(self.index),
-        })
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.likelihood.is_cancelled()
     }
 }
 

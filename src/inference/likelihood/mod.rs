@@ -7,6 +7,7 @@ mod latent;
 mod observation;
 mod pixel_sums;
 mod refine;
+mod restricted;
 
 pub use counted::{CountedLikelihood, Counter};
 pub use image::{ImageLikelihood, ModelImage};
@@ -15,3 +16,4 @@ pub(crate) use latent::known;
 pub use latent::{Curvature, LatentLikelihood, NoCurvature};
 pub use observation::Observation;
 pub(in crate::inference) use refine::Mode;
+pub(super) use restricted::{Others, WithinEdges};
