@@ -80,6 +80,14 @@ impl ImageLikelihood {
         noisier
     }
 
+    /// The same as if it had been exposed for no longer than `exposure_s`.
+    pub(in crate::inference) fn with_exposure_of_at_most(&self, exposure_s: f64) -> Self {
+        let mut shorter = self.clone();
+        let own = &mut shorter.observation.exposure_s;
+        *own = own.min(exposure_s);
+        shorter
+    }
+
     /// Unit-amplitude images of the lights.
     fn lights(&self, at: &Evaluation) -> Vec<Vec<f64>> {
         let samples = at.brightness(&self.mesh);

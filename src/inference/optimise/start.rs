@@ -12,8 +12,10 @@ use crate::monitor::Monitor;
 /// Rough guesses of a round that are followed with everything free, and the best of those, which are followed to the end.
 const FREED: usize = 12;
 const FINALISTS: usize = 4;
-/// Fractions of the pixels that are fainter than the noise which the stages before the final one take for granted.
+/// What the stages before the final one take for granted: noise as bright as all but these fractions of the pixels, or an
+/// exposure so short that all but that fraction are seen at less than these signal-to-noise ratios.
 const NOISE_ABOVE: [f64; 2] = [0.99, 0.9];
+const SHORT_EXPOSURES: (f64, [f64; 2]) = (0.99, [5.0, 25.0]);
 /// Iterations of each stage of a rough search, and of later ones but the last.
 const ROUGH_ITERATIONS: usize = 12;
 const MIDDLE_ITERATIONS: usize = 40;
@@ -40,7 +42,9 @@ const SAME: f64 = 1.0;
 ///
 /// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
 /// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as
-/// all but the brightest hundredth of the pixels, then as all but the brightest tenth, and end with the noise there is.
+/// all but the brightest hundredth of the pixels, then as all but the brightest tenth, and end with the noise there is; in the
+/// others as if the exposure had been so short that all but the brightest hundredth had a signal-to-noise below 5, then 25.
+/// The first sees the brightest pixels alone; the second sees all, none of them sharply.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StartSearch {
     /// The search for the simpler model's best fit, where there is one.
@@ -189,9 +193,13 @@ fn search_round(
 ) -> Vec<Maximum> {
     let title = format!("{name}, round {}", round + 1);
     let task = monitor.task(&title, Some(RADII * SHAPES));
-    let noisier: Vec<ImageLikelihood> = match round % 2 {
-        0 => NOISE_ABOVE.iter().map(|fraction| with_noise_above(likelihood, *fraction)).collect(),
-        _ => vec![],
+    let noisier = match round % 2 {
+        0 => NOISE_ABOVE.map(|part| likelihood.with_noise_of_at_least(brightest(likelihood, part))),
+        _ => {
+            let (part, ratios) = SHORT_EXPOSURES;
+            let flux = brightest(likelihood, part);
+            ratios.map(|ratio| likelihood.with_exposure_of_at_most(ratio * ratio / flux))
+        }
     };
     let noisier: Vec<CountedLikelihood> = noisier.iter().map(|noisier| counter.watch(noisier)).collect();
     let own = counter.watch(likelihood);
@@ -232,14 +240,13 @@ fn best(mut climbs: Vec<Maximum>, most: usize) -> Vec<Maximum> {
     climbs
 }
 
-/// The likelihood as if its noise were at least as bright as that fraction of the pixels.
-fn with_noise_above(likelihood: &ImageLikelihood, fraction: f64) -> ImageLikelihood {
+/// The flux that this fraction of the pixels does not reach, 0 if it is negative.
+fn brightest(likelihood: &ImageLikelihood, fraction: f64) -> f64 {
     let observation = likelihood.observation();
     let used = observation.data_e_s.iter().zip(&observation.used).filter(|(_, used)| **used);
     let mut fluxes: Vec<f64> = used.map(|(flux, _)| *flux).collect();
     fluxes.sort_by(f64::total_cmp);
-    let brightness = fluxes.get((fraction * fluxes.len() as f64) as usize).copied().unwrap_or(0.0);
-    likelihood.with_noise_of_at_least(brightness)
+    fluxes.get((fraction * fluxes.len() as f64) as usize).copied().unwrap_or(0.0).max(0.0)
 }
 
 /// One climb after the other, each from where the one before ended: under ever less noise, then to the top.
