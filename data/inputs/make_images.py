@@ -49,10 +49,18 @@ for name, method, type_of_pixels, level in [
     ("rice_1", "RICE_1", "f8", STEPS),
     ("gzip_1", "GZIP_1", "f8", LOSSLESS),
     ("gzip_2", "GZIP_2", "f4", STEPS),
+    ("gzip_1_steps", "GZIP_1", "f8", STEPS),
+    ("gzip_2_steps", "GZIP_2", "f8", STEPS),
     ("gzip_2_lossless", "GZIP_2", "f8", LOSSLESS),
     ("hcompress_1", "HCOMPRESS_1", "f8", STEPS),
 ]:
     packed = fits.CompImageHDU(data.astype(type_of_pixels), header, compression_type=method, **level)
+    fits.HDUList([fits.PrimaryHDU(), packed]).writeto(HERE / f"{name}.fits.fz", overwrite=True)
+
+with fits.open(HERE / "psf_half_pixel.fits") as units:
+    kernel = units["PSF"].data.astype("f8")
+for name, method in [("kernel_rice_1", "RICE_1"), ("kernel_gzip_1", "GZIP_1")]:
+    packed = fits.CompImageHDU(kernel, compression_type=method, name="PSF", quantize_level=-1e-7)
     fits.HDUList([fits.PrimaryHDU(), packed]).writeto(HERE / f"{name}.fits.fz", overwrite=True)
 
 scaled = fits.PrimaryHDU(np.round(data / 1e-4).astype("i4"), header.copy())

@@ -1,6 +1,9 @@
 //! Images packed into tables of compressed tiles (`.fits.fz`), checked before fitskit unpacks them.
 
-use fitskit::{BinColumnType, BinTable, CompressedImage, Header, ImageData};
+use std::io::Read;
+
+use fitskit::{BinCellValue, BinColumnType, BinTable, CompressedImage, Header, HeaderValue, ImageData};
+use flate2::read::GzDecoder;
 
 use super::input_file;
 
@@ -18,13 +21,6 @@ pub(super) fn decompress(
         return Err(format!(
             "is compressed by {method}; RICE_1, GZIP_1 and GZIP_2 are read, funpack unpacks all"
         ));
-    }
-    // fitskit 0.3 takes the shuffled bytes of such floats for floats.
-    let is_in_steps = table.columns.iter().any(|column| column.name == "ZSCALE");
-    if method == "GZIP_2" && header.get_int("ZBITPIX").is_some_and(|bits| bits < 0) && !is_in_steps {
-        return Err(
-            "is a lossless GZIP_2 of floats, which is not read; GZIP_1 is, funpack unpacks all".into()
-        );
     }
     let axes = header
         .get_int("ZNAXIS")
@@ -58,8 +54,66 @@ pub(super) fn decompress(
         }
     }
     check_heap(table)?;
+    let float_bytes = match header.get_int("ZBITPIX") {
+        Some(-32) => 4,
+        Some(-64) => 8,
+        _ => 0,
+    };
+    let plain = match float_bytes > 0 && method.starts_with("GZIP") {
+        true => Some(plain_floats(header, table, (float_bytes, method == "GZIP_2"), bytes as usize)?),
+        false => None,
+    };
+    let (header, table) = plain.as_ref().map_or((header, table), |(header, table)| (header, table));
     let image = CompressedImage::from_bintable(header, table).and_then(|tiles| tiles.decompress());
     image.map_err(|error| format!("cannot be unpacked: {error}"))
+}
+
+/// The same tiles of floats, not packed by gzip any more: fitskit 0.3 takes steps, integers of 32 bits, for as wide as the
+/// floats, and shuffled bytes of floats for floats. No tile has more than `most_bytes`.
+fn plain_floats(
+    header: &Header,
+    table: &BinTable,
+    (float_bytes, is_shuffled): (usize, bool),
+    most_bytes: usize,
+) -> std::result::Result<(Header, BinTable), String> {
+    let place = |name: &str| {
+        let column = table.columns.iter().position(|column| column.name == name)?;
+        let before: usize = table.columns[..column].iter().map(|own| own.format.byte_size()).sum();
+        Some((column, before..before + table.columns[column].format.byte_size()))
+    };
+    let (tiles, cell) = place("COMPRESSED_DATA").ok_or("has no column COMPRESSED_DATA")?;
+    let scale = place("ZSCALE").map_or(0..0, |(_, scale)| scale);
+    let (mut header, mut plain) = (header.clone(), table.clone());
+    header.set("ZCMPTYPE", HeaderValue::String("NOCOMPRESS".into()), None);
+    for (row, cells) in plain.main_data.chunks_exact_mut(table.row_len.max(1)).enumerate() {
+        let Ok(BinCellValue::Bytes(packed)) = table.get_cell(row, tiles) else {
+            return Err(format!("row {} of COMPRESSED_DATA has no bytes", row + 1));
+        };
+        // Tiles of scale 0 are floats as they are.
+        let are_steps = cells[scale.clone()].iter().any(|byte| *byte != 0);
+        let width = if are_steps { 4 } else { float_bytes };
+        let mut raw = Vec::new();
+        if !packed.is_empty() {
+            let unpacked = GzDecoder::new(packed.as_slice()).take(most_bytes as u64).read_to_end(&mut raw);
+            unpacked.map_err(|error| format!("tile {} cannot be unpacked: {error}", row + 1))?;
+        }
+        if is_shuffled {
+            // The first bytes of all numbers, then their second ones, ….
+            let count = raw.len() / width;
+            raw = (0..count * width).map(|i| raw[i % width * count + i / width]).collect();
+        }
+        if are_steps && float_bytes == 8 {
+            let (steps, _) = raw.as_chunks();
+            raw = steps.iter().flat_map(|step| i64::from(i32::from_be_bytes(*step)).to_be_bytes()).collect();
+        }
+        let (count, offset) = cells[cell.clone()].split_at_mut(cell.len() / 2);
+        for (number, half) in [(raw.len(), count), (plain.heap.len(), offset)] {
+            let own = (number as u64).to_be_bytes();
+            half.copy_from_slice(&own[own.len() - half.len()..]);
+        }
+        plain.heap.extend(raw);
+    }
+    Ok((header, plain))
 }
 
 /// Refuses arrays outside the heap: fitskit 0.3 adds up counts and offsets as they are, negative ones too.
