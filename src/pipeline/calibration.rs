@@ -4,7 +4,6 @@
 //! posterior is uniform for every parameter (Talts et al. 2018, arXiv:1804.06788). The images come from the simulator
 //! of [`crate::imaging`], not from the forward model of the fit.
 
-use nalgebra::Complex;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
@@ -18,21 +17,29 @@ use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, NoStore, Observation};
-use crate::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
+use crate::mapping::tidal::TidalLens;
 use crate::monitor::{Monitor, Silent, Uncounted};
 use crate::numerics::random::{Stage, StreamName, stream};
-use crate::profile::light::Sersic;
-use crate::profile::mass::{Epl, MassModel};
 
-/// The prior, as a model file.
-pub const CALIBRATION_MODEL: &str = include_str!("../../data/models/calibration.toml");
+/// A model with proper priors to draw systems from, and the size of their images: 0.2″ pixels, so that hundreds of fits take
+/// minutes; noise, gain and sky are those of HST.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    description: ModelDescription,
+    model: CompiledModel,
+    pixels: usize,
+}
+
+/// The models that are built in: name, file and usual pixels a side.
+const BUILT_IN: [(&str, &str, usize); 2] = [
+    ("calibration", include_str!("../../data/models/calibration.toml"), 17),
+    ("comprehensive", include_str!("../../data/models/calibration-comprehensive.toml"), 31),
+];
 /// Draws among which the truth is ranked: few enough to be nearly independent in a converged fit.
 pub const RANKED_DRAWS: usize = 99;
 /// Bins of the rank histograms: each holds as many of the ranks 0–99.
 pub const RANK_BINS: usize = 20;
 
-/// Small images, so that hundreds of fits take minutes; noise, gain and sky are those of HST.
-const PIXELS: usize = 17;
 const PIXEL_SCALE_ARCSEC: f64 = 0.2;
 const PSF_FWHM_ARCSEC: f64 = 0.2;
 
@@ -78,80 +85,118 @@ pub struct ParameterCalibration {
     pub median_standard_deviation: f64,
 }
 
-/// Draws `number` systems and fits them from a blind start, but for those that `rows` has; the same for any number of threads.
-///
-/// # Errors
-/// Settings of the sampler out of their domain; images whose fit finds no start.
-pub fn calibrate(
-    number: usize,
-    seed: u64,
-    sampler: SamplerSettings,
-    rows: &dyn RowStore<CalibrationFit>,
-    monitor: &dyn Monitor,
-) -> Result<(CompiledModel, Vec<CalibrationFit>)> {
-    let description = ModelDescription::parse(CALIBRATION_MODEL)
-        .map_err(|e| Error::out_of_range("the calibration model", "malformed", &e.to_string()))?;
-    let model = CompiledModel::new(&description)?;
-    let settings = FitSettings {
-        likelihood: description.likelihood,
-        pixel_sampling: PixelSampling::Point,
-        sampler,
-        min_ess: ESS_LIMIT,
-        seed,
-    };
-    let quiet = &Uncounted(monitor);
-    let task = monitor.task("fits", Some(number as u64));
-    let fits = one_core_each(number as u64, |i| {
-        task.check()?;
-        let row = rows.row(i, || {
-            let (truths, observation, seed) = system(&model, seed, i)?;
-            let settings = FitSettings { seed, ..settings };
-            let fit = Fit::run(observation, model.clone(), settings, &mut NoStore, quiet)?;
-            compare(&fit, truths)
-        });
-        task.advance(1);
-        row
-    });
-    drop(task);
-    Ok((model, fits?))
-}
+impl Calibration {
+    /// Systems of a description, seen with `pixels` pixels a side, 17 when left out.
+    ///
+    /// # Errors
+    /// As [`CompiledModel::new`]; several sources or lens lights; lights without a prior of their amplitude that is positive.
+    pub fn new(description: ModelDescription, pixels: Option<usize>) -> Result<Self> {
+        /// Deviations of an amplitude above which its prior lies.
+        const POSITIVE: f64 = 5.0;
+        for (part, count, allowed) in [
+            ("[[source]]", description.source.len(), 1..=1),
+            ("[[lens_light]]", description.lens_light.len(), 0..=1),
+        ] {
+            if !allowed.contains(&count) {
+                let allowed = format!("at most {} in a calibration", allowed.end());
+                return Err(Error::out_of_range(&format!("number of {part}"), count, &allowed));
+            }
+        }
+        for light in description.source.iter().chain(&description.lens_light) {
+            if !light.amplitude.is_some_and(|[mean, sd]| mean >= POSITIVE * sd) {
+                let given = light.amplitude.map_or("none".into(), |[mean, sd]| format!("[{mean}, {sd}]"));
+                let allowed = "[mean, sd] with mean ≥ 5 sd: systems are drawn from it";
+                return Err(Error::out_of_range("amplitude of a light", given, allowed));
+            }
+        }
+        let model = CompiledModel::new(&description)?;
+        Ok(Self { description, model, pixels: pixels.unwrap_or(BUILT_IN[0].2) })
+    }
 
-/// Parameters from the prior, the image with its noise, and a seed for the fit.
-fn system(model: &CompiledModel, seed: u64, number: u64) -> Result<(Vec<f64>, Observation, u64)> {
-    let mut rng = stream(seed, number, Stage::LensAndSource, 0);
-    let latent: Vec<f64> = model.free.iter().map(|_| StandardNormal.sample(&mut rng)).collect();
-    let (truths, _) = model.at_latent(&latent);
-    let [mean, sd] = model.amplitude_priors[0];
-    let amplitude: f64 = mean + sd * rng.sample::<f64, _>(StandardNormal);
-    let of = |name: &str| {
-        let missing = || Error::out_of_range(name, "missing", "a parameter of the calibration model");
-        model.value_of(name, &truths).ok_or_else(missing)
-    };
-    let pair = |a: &str, b: &str| -> Result<[f64; 2]> { Ok([of(a)?, of(b)?]) };
-    let tidal = |gamma1: &str, gamma2: &str, omega: f64| -> Result<Tidal> {
-        Ok(Tidal { kappa: 0.0, gamma: Complex::new(of(gamma1)?, of(gamma2)?), omega })
-    };
-    let od = tidal("gamma1_od", "gamma2_od", 0.0)?;
-    let los = tidal("gamma1_los", "gamma2_los", of("omega_los")?)?;
-    let centre = pair("lens.center_x", "lens.center_y")?;
-    let lens = Epl::new(of("lens.theta_E")?, of("lens.gamma")?, pair("lens.e1", "lens.e2")?, centre)?;
-    let mapping = TidalLens::new(LineOfSightModel::Minimal { od, los }, vec![MassModel::Epl(lens)]);
-    let (radius, index) = (of("source.R_sersic")?, of("source.n_sersic")?);
-    let (shape, place) = (pair("source.e1", "source.e2")?, pair("source.center_x", "source.center_y")?);
-    let unit = Sersic::with_flux(1.0, radius, index, shape, place)?;
-    let source = Sersic::with_flux(amplitude / unit.amplitude(), radius, index, shape, place)?;
-    let scene = Scene { mapping: &mapping, source: &source, lens_light: None };
-    let camera = Instrument {
-        pixel_scale_arcsec: PIXEL_SCALE_ARCSEC,
-        psf_fwhm_arcsec: PSF_FWHM_ARCSEC,
-        ..Instrument::default()
-    };
-    let grid = SkyGrid::new(PIXELS, camera.pixel_scale_arcsec)?;
-    let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
-    let noise = StreamName { seed, realisation: number, stage: Stage::NoiseImage };
-    let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise, &Silent)?;
-    let observation = Observation::of_camera(grid, exposure.noisy_e_s, &camera, psf);
-    Ok((truths, observation, rng.random()))
+    /// The informative model of that name, `calibration` (an elliptical power law around Table 1, 17 pixels a side) or
+    /// `comprehensive` (stars and dark halo as mock systems have them, 31 pixels); `None` for other names.
+    pub fn built_in(name: &str, pixels: Option<usize>) -> Option<Result<Self>> {
+        let (_, text, usual) = BUILT_IN.iter().find(|(own, ..)| *own == name)?;
+        let description = ModelDescription::parse(text);
+        let description =
+            description.map_err(|e| Error::out_of_range("the calibration model", name, &e.to_string()));
+        Some(description.and_then(|description| Self::new(description, pixels.or(Some(*usual)))))
+    }
+
+    /// What is drawn and fitted.
+    pub fn model(&self) -> &CompiledModel {
+        &self.model
+    }
+
+    /// Its description.
+    pub fn description(&self) -> &ModelDescription {
+        &self.description
+    }
+
+    /// Pixels a side of the images.
+    pub fn pixels(&self) -> usize {
+        self.pixels
+    }
+
+    /// Draws `number` systems and fits them from a blind start, but for those that `rows` has; the same for any number of threads.
+    ///
+    /// # Errors
+    /// Settings of the sampler out of their domain; images whose fit finds no start.
+    pub fn run(
+        &self,
+        number: usize,
+        seed: u64,
+        sampler: SamplerSettings,
+        rows: &dyn RowStore<CalibrationFit>,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<CalibrationFit>> {
+        let settings = FitSettings {
+            likelihood: self.description.likelihood,
+            pixel_sampling: PixelSampling::Point,
+            sampler,
+            min_ess: ESS_LIMIT,
+            seed,
+        };
+        let quiet = &Uncounted(monitor);
+        let task = monitor.task("fits", Some(number as u64));
+        one_core_each(number as u64, |i| {
+            task.check()?;
+            let row = rows.row(i, || {
+                let (truths, observation, seed) = self.system(seed, i)?;
+                let settings = FitSettings { seed, ..settings };
+                let fit = Fit::run(observation, self.model.clone(), settings, &mut NoStore, quiet)?;
+                compare(&fit, truths)
+            });
+            task.advance(1);
+            row
+        })
+    }
+
+    /// Parameters from the prior, the image with its noise, and a seed for the fit.
+    fn system(&self, seed: u64, number: u64) -> Result<(Vec<f64>, Observation, u64)> {
+        let mut rng = stream(seed, number, Stage::LensAndSource, 0);
+        let latent: Vec<f64> = self.model.free.iter().map(|_| StandardNormal.sample(&mut rng)).collect();
+        let (truths, _) = self.model.at_latent(&latent);
+        let (line_of_sight, lenses, lights) = self.model.parts(&truths)?;
+        let mut bright = Vec::new();
+        for (light, [mean, sd]) in lights.into_iter().zip(&self.model.amplitude_priors) {
+            bright.push(light.of_amplitude(mean + sd * rng.sample::<f64, _>(StandardNormal))?);
+        }
+        let mapping = TidalLens::new(line_of_sight, lenses);
+        let scene = Scene { mapping: &mapping, source: &bright[0], lens_light: bright.get(1) };
+        let camera = Instrument {
+            pixel_scale_arcsec: PIXEL_SCALE_ARCSEC,
+            psf_fwhm_arcsec: PSF_FWHM_ARCSEC,
+            ..Instrument::default()
+        };
+        let grid = SkyGrid::new(self.pixels, camera.pixel_scale_arcsec)?;
+        let psf =
+            Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
+        let noise = StreamName { seed, realisation: number, stage: Stage::NoiseImage };
+        let exposure = expose(&scene, grid, &camera, &psf, PixelSampling::Point, noise, &Silent)?;
+        let observation = Observation::of_camera(grid, exposure.noisy_e_s, &camera, psf);
+        Ok((truths, observation, rng.random()))
+    }
 }
 
 fn compare(fit: &Fit, truths: Vec<f64>) -> Result<CalibrationFit> {
@@ -227,11 +272,11 @@ mod tests {
     fn a_blind_start_finds_a_system_far_from_the_medians() {
         // Shear, ellipticity and source position are two deviations from the medians; guesses near these all end at χ² of 6.5
         // a pixel.
-        let description = ModelDescription::parse(CALIBRATION_MODEL).unwrap();
-        let model = CompiledModel::new(&description).unwrap();
-        let (truths, observation, seed) = system(&model, 2, 112).unwrap();
-        let truth = model.free.iter().zip(&truths).map(|(p, truth)| p.prior.to_latent(*truth)).collect();
-        let likelihood = ImageLikelihood::new(observation, model, description.likelihood, &Silent).unwrap();
+        let calibration = Calibration::built_in("calibration", None).unwrap().unwrap();
+        let (truths, observation, seed) = calibration.system(2, 112).unwrap();
+        let (model, likelihood) = (calibration.model, calibration.description.likelihood);
+        let truth = model.to_latent(&truths);
+        let likelihood = ImageLikelihood::new(observation, model, likelihood, &Silent).unwrap();
         let from_truth = climb_from(&likelihood, truth).unwrap().log_posterior;
         let blind = find_start(&likelihood, seed, &Silent).unwrap().log_posterior;
         assert!(blind > from_truth - 1.0, "{blind} from a blind start, {from_truth} from the truth");
@@ -254,12 +299,41 @@ mod tests {
 
     #[test]
     fn systems_are_those_of_the_prior() {
-        let model = CompiledModel::new(&ModelDescription::parse(CALIBRATION_MODEL).unwrap()).unwrap();
-        let systems: Vec<_> = (0..100).map(|i| system(&model, 1, i).unwrap()).collect();
-        let radii: Vec<f64> =
-            systems.iter().map(|(truths, ..)| model.value_of("lens.theta_E", truths).unwrap()).collect();
+        let calibration = Calibration::built_in("calibration", None).unwrap().unwrap();
+        let systems: Vec<_> = (0..100).map(|i| calibration.system(1, i).unwrap()).collect();
+        let radius = |truths: &[f64]| calibration.model.value_of("lens.theta_E", truths).unwrap();
+        let radii: Vec<f64> = systems.iter().map(|(truths, ..)| radius(truths)).collect();
         let mean = radii.iter().sum::<f64>() / 100.0;
         assert!((mean - 1.2).abs() < 4.0 * 0.05 / 10.0, "{mean}");
         assert!(systems[0].2 != systems[1].2 && systems[0].1.data_e_s != systems[1].1.data_e_s);
+    }
+
+    #[test]
+    fn composite_systems_show_arcs_and_the_light_of_the_lens() {
+        let calibration = Calibration::built_in("comprehensive", None).unwrap().unwrap();
+        assert_eq!(calibration.model.lights(), 2);
+        let noise = Instrument::default().noise();
+        for i in 0..20 {
+            let (truths, observation, _) = calibration.system(1, i).unwrap();
+            let side = calibration.pixels;
+            assert_eq!(
+                (truths.len(), observation.data_e_s.len()),
+                (calibration.model.free.len(), side * side)
+            );
+            let bright =
+                observation.data_e_s.iter().filter(|flux| **flux > 10.0 * noise.sigma(**flux)).count();
+            assert!(bright > side, "system {i}: {bright} pixels above ten sigma");
+        }
+    }
+
+    #[test]
+    fn a_prior_to_draw_from_is_asked_for() {
+        let flat = ModelDescription::built_in("comprehensive").unwrap();
+        let error = Calibration::new(flat, None).unwrap_err().to_string();
+        assert!(error.contains("amplitude") && error.contains("drawn"), "{error}");
+        let mut two = ModelDescription::parse(BUILT_IN[0].1).unwrap();
+        two.source.push(two.source[0].clone());
+        let error = Calibration::new(two, None).unwrap_err().to_string();
+        assert!(error.contains("[[source]]"), "{error}");
     }
 }

@@ -28,8 +28,7 @@ mod which_shear;
 
 pub use advantage::{Advantage, Table1Image, advantage, table1_image};
 pub use calibration::{
-    CALIBRATION_MODEL, CalibrationFit, ParameterCalibration, RANK_BINS, RANKED_DRAWS, calibrate,
-    calibration_of,
+    Calibration, CalibrationFit, ParameterCalibration, RANK_BINS, RANKED_DRAWS, calibration_of,
 };
 pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
 pub use cut_study::{CutRow, cut_study};

@@ -240,6 +240,16 @@ impl CompiledModel {
         Ok(self.build(&self.slots(free))?.0)
     }
 
+    /// Line of sight, lenses and lights (sources first, amplitude 1) at values of the free parameters.
+    ///
+    /// # Errors
+    /// When a parameter lies outside the domain of its profile.
+    pub(crate) fn parts(&self, free: &[f64]) -> Result<(LineOfSightModel, Vec<MassModel>, Vec<Sersic>)> {
+        let slots = self.slots(free);
+        let (lenses, lights) = self.build(&slots)?;
+        Ok((self.line_of_sight.build(&slots), lenses, lights))
+    }
+
     /// The lenses and lights (sources first, amplitude 1) of the slot values.
     ///
     /// # Errors

@@ -92,6 +92,15 @@ impl Sersic {
         Ok(Self { amplitude: 1.0, ..Self::with_flux(1.0, radius, index, [e1, e2], [x, y])? })
     }
 
+    /// The same profile with another surface brightness at the half-light radius.
+    ///
+    /// # Errors
+    /// A negative one.
+    pub fn of_amplitude(self, amplitude: f64) -> Result<Self> {
+        Domain::NON_NEGATIVE.check("amplitude", amplitude)?;
+        Ok(Self { amplitude, ..self })
+    }
+
     /// The parameters beside the amplitude, as those of a lens.
     pub const PARAMETERS: [Parameter; 6] = placed_ellipse![
         Parameter::SERSIC_RADIUS,
