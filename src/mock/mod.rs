@@ -11,7 +11,7 @@ mod system;
 pub use columns::MockColumn;
 pub use image::{MockImage, image_quality};
 pub use protocol::{HaloMassRule, PerturberRule, Protocol, SourceRule};
-pub use recovery::{RecoveredShear, ShearRecovery};
+pub use recovery::{ProfiledShear, RecoveredShear, ShearRecovery};
 pub use score::{
     ModelScore, PAPER_QUALITY_FIT, PAPER_TABLE_2, PaperScore, QualityFit, residual_in_sigma, uncertainty,
 };

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::inference::Fit;
+use crate::inference::{Fit, Profile};
 
 /// One component of γ_LOS as a fit recovered it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -24,6 +24,33 @@ pub struct RecoveredShear {
     pub bounded: bool,
     /// What the Fisher matrix at the maximum gives for the standard deviation.
     pub fisher: f64,
+    /// Its profile likelihood, where one was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfiledShear>,
+}
+
+/// What the profile likelihood says of one component; see [`crate::inference::Profile`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ProfiledShear {
+    /// Where ln L is highest.
+    pub best_fit: f64,
+    /// Ends of the values with −2Δln L < 1; none at an edge of the prior.
+    pub interval68: [Option<f64>; 2],
+}
+
+impl ProfiledShear {
+    /// Whether the 68% interval holds a value.
+    pub fn holds(&self, value: f64) -> bool {
+        let [low, high] = self.interval68;
+        low.is_none_or(|low| low <= value) && high.is_none_or(|high| value <= high)
+    }
+
+    /// (best fit − value)/σ, σ the distance to the interval's end on the side of `value`; 0 where that is an edge of the prior.
+    pub fn residual_in_sigma(&self, value: f64) -> f64 {
+        let [low, high] = self.interval68;
+        let end = if value < self.best_fit { low } else { high };
+        end.map_or(0.0, |end| (self.best_fit - value) / (self.best_fit - end).abs())
+    }
 }
 
 impl RecoveredShear {
@@ -61,15 +88,17 @@ pub struct ShearRecovery {
 }
 
 impl ShearRecovery {
+    /// Names of the components.
+    pub const PARAMETERS: [&str; 2] = ["gamma1_los", "gamma2_los"];
     /// Draws kept for contours.
     pub const KEPT_DRAWS: usize = 1000;
 
-    /// Reads γ_LOS off a fit.
+    /// Reads γ_LOS off a fit; `profiles` of its parameters may be among those known.
     ///
     /// # Errors
     /// A model without `gamma1_los` and `gamma2_los`.
-    pub fn of(fit: &Fit, image: &str, model: &str) -> Result<Self> {
-        let names = ["gamma1_los", "gamma2_los"];
+    pub fn of(fit: &Fit, profiles: &[Profile], image: &str, model: &str) -> Result<Self> {
+        let names = Self::PARAMETERS;
         let missing = |name: &str| Error::out_of_range(name, "missing", "a parameter of the model");
         let mut shear = Vec::new();
         let mut columns = Vec::new();
@@ -84,6 +113,10 @@ impl ShearRecovery {
                 high: p.hpd68_high,
                 bounded: p.bounded,
                 fisher: fisher(fit, name),
+                profile: profiles
+                    .iter()
+                    .find(|profile| profile.name == name)
+                    .map(|of| ProfiledShear { best_fit: of.best_fit, interval68: of.interval68 }),
             });
             columns.push(fit.draws_of(name).unwrap_or_default().concat());
         }

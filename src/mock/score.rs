@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::recovery::ShearRecovery;
+use super::recovery::{ProfiledShear, ShearRecovery};
 
 /// σᵢ: geometric mean over the components of the mean of σ⁺ and σ⁻ (equation 25).
 pub fn uncertainty(fit: &ShearRecovery) -> f64 {
@@ -81,6 +81,10 @@ pub struct ModelScore {
     pub outliers: usize,
     /// Fraction of the 68% intervals of both components that hold the truth.
     pub coverage: f64,
+    /// The same of the profile likelihoods, where there are any.
+    pub profile_coverage: Option<f64>,
+    /// Mean squared residual of their best fits in σ, of both components.
+    pub profile_chi2: Option<f64>,
     /// Largest |γ_out − γ_in| in σ.
     pub largest_residual: f64,
     /// log₁₀ σ against log₁₀ Q.
@@ -119,6 +123,15 @@ impl ModelScore {
             (0..2).filter(|a| (fit.shear[*a].low..=fit.shear[*a].high).contains(&truth[*a])).count() as f64
                 / 2.0
         };
+        let profiled: Vec<_> = productive
+            .iter()
+            .flat_map(|(fit, truth, _)| (0..2).map(|a| (fit.shear[a].profile, truth[a])))
+            .filter_map(|(profile, truth)| Some((profile?, truth)))
+            .collect();
+        let of_profiles = |value: &dyn Fn(ProfiledShear, f64) -> f64| {
+            let sum: f64 = profiled.iter().map(|(profile, truth)| value(*profile, *truth)).sum();
+            (!profiled.is_empty()).then(|| sum / profiled.len() as f64)
+        };
         let of_fisher = |fit: &ShearRecovery| (fit.shear[0].fisher * fit.shear[1].fisher).sqrt();
         Self {
             model: model.into(),
@@ -131,6 +144,8 @@ impl ModelScore {
             chi2,
             outliers: residuals.clone().filter(|r| *r > 2.0).count(),
             coverage: mean(&held),
+            profile_coverage: of_profiles(&|profile, truth| f64::from(u8::from(profile.holds(truth)))),
+            profile_chi2: of_profiles(&|profile, truth| profile.residual_in_sigma(truth).powi(2)),
             largest_residual: residuals.fold(0.0, f64::max),
             quality_fit: straight_line(&points),
         }

@@ -30,6 +30,8 @@ pub struct CatalogueSettings {
     pub sampler: SamplerSettings,
     /// How pixels are integrated, instead of what the model says.
     pub pixel_sampling: Option<PixelSampling>,
+    /// Whether the profile likelihood of γ_LOS is wanted too.
+    pub profile: bool,
     /// Seed of every fit.
     pub seed: u64,
 }
@@ -71,7 +73,11 @@ pub fn fit_catalogue(
         let start = Instant::now();
         let observation = image.observation.clone();
         let fit = Fit::run(observation, compiled[model].clone(), fit_settings, &mut NoStore, monitor);
-        let recovery = fit.and_then(|fit| ShearRecovery::of(&fit, &image.name, &description.name));
+        let recovery = fit.and_then(|fit| {
+            let names = ShearRecovery::PARAMETERS.map(String::from);
+            let profiles = if settings.profile { fit.profiles(&names, monitor)? } else { vec![] };
+            ShearRecovery::of(&fit, &profiles, &image.name, &description.name)
+        });
         ended(tasks[i as usize], recovery, start.elapsed().as_secs_f64())
     })?;
     Ok(())

@@ -6,7 +6,8 @@ use super::number_text::decimals_text;
 use crate::error::Result;
 use crate::io::{Column, Table, TrueShear};
 use crate::mock::{
-    ModelScore, PAPER_QUALITY_FIT, PAPER_TABLE_2, ShearRecovery, residual_in_sigma, uncertainty,
+    ModelScore, PAPER_QUALITY_FIT, PAPER_TABLE_2, ProfiledShear, ShearRecovery, residual_in_sigma,
+    uncertainty,
 };
 use crate::plot::Figure;
 use crate::plot::figures::{
@@ -78,6 +79,14 @@ impl CatalogueReport {
             columns.push(column(&named("_sd"), &|f, _| f.shear[a].standard_deviation));
             columns.push(column(&named("_best_fit"), &|f, _| f.shear[a].best_fit));
             columns.push(column(&named("_fisher"), &|f, _| f.shear[a].fisher));
+            if self.fits.iter().any(|(fit, _)| fit.shear[a].profile.is_some()) {
+                let of = |f: &ShearRecovery, value: &dyn Fn(ProfiledShear) -> Option<f64>| {
+                    f.shear[a].profile.and_then(value).unwrap_or(f64::NAN)
+                };
+                columns.push(column(&named("_profile_best_fit"), &|f, _| of(f, &|p| Some(p.best_fit))));
+                columns.push(column(&named("_profile_low"), &|f, _| of(f, &|p| p.interval68[0])));
+                columns.push(column(&named("_profile_high"), &|f, _| of(f, &|p| p.interval68[1])));
+            }
             columns.push(column(&named("_bounded"), &|f, _| flag(f.shear[a].bounded)));
         }
         columns.push(column("sigma", &|f, _| uncertainty(f)));
@@ -130,6 +139,12 @@ impl CatalogueReport {
             paper(s).map_or(String::new(), |p| percent(p.outliers, p.productive))
         });
         line("coverage of 68%", &|s| format!("{:.0}%", 100.0 * s.coverage), &nothing);
+        if scores.iter().any(|score| score.profile_coverage.is_some()) {
+            let known = |value: Option<f64>, text: &dyn Fn(f64) -> String| value.map_or(String::new(), text);
+            let percent = |value| format!("{:.0}%", 100.0 * value);
+            line("coverage of 68%, profile", &|s| known(s.profile_coverage, &percent), &nothing);
+            line("χ², profile", &|s| known(s.profile_chi2, &|value| format!("{value:.2}")), &nothing);
+        }
         line("largest residual, σ", &|s| format!("{:.1}", s.largest_residual), &nothing);
         text + "\n"
     }

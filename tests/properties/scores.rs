@@ -1,6 +1,6 @@
 //! The scores of models over a catalogue, worked by hand.
 
-use haloray::mock::{ModelScore, RecoveredShear, ShearRecovery};
+use haloray::mock::{ModelScore, ProfiledShear, RecoveredShear, ShearRecovery};
 
 fn fit(median: [f64; 2], minus: f64, plus: f64, bounded: bool) -> ShearRecovery {
     let shear = median.map(|median| RecoveredShear {
@@ -12,6 +12,7 @@ fn fit(median: [f64; 2], minus: f64, plus: f64, bounded: bool) -> ShearRecovery 
         high: median + plus,
         bounded,
         fisher: plus,
+        profile: None,
     });
     ShearRecovery {
         image: "a.fits".into(),
@@ -49,6 +50,24 @@ fn the_metrics_are_those_of_the_paper() {
     // The interval of `below` ends at 0 in γ1 and short of it in γ2; that of `above` holds γ2 alone.
     assert!((score.coverage - 0.5).abs() < 1e-12);
     assert!(score.quality_fit.is_some_and(|line| line.slope.abs() < 1e-12));
+}
+
+#[test]
+fn profiles_are_scored_beside_posteriors() {
+    let profiled = |best_fit: f64, interval68: [Option<f64>; 2]| {
+        let mut fit = fit([0.0; 2], 0.01, 0.01, true);
+        fit.shear.iter_mut().for_each(|s| s.profile = Some(ProfiledShear { best_fit, interval68 }));
+        fit
+    };
+    // Two of its own σ above the truth; the truth inside, at an open end.
+    let (off, open) = (profiled(0.04, [Some(0.02), Some(0.05)]), profiled(0.01, [None, Some(0.02)]));
+    let score = ModelScore::of("m", &[(&off, [0.0; 2], None), (&open, [0.0; 2], None)]);
+    assert_eq!(score.profile_coverage, Some(0.5));
+    assert!(score.profile_chi2.is_some_and(|chi2| (chi2 - 2.0).abs() < 1e-12), "{score:?}");
+    assert_eq!(
+        ModelScore::of("m", &[(&fit([0.0; 2], 0.1, 0.1, true), [0.0; 2], None)]).profile_coverage,
+        None
+    );
 }
 
 #[test]

@@ -20,7 +20,7 @@ use haloray::{Error, Result};
 use crate::bars::Bars;
 use crate::fit::{SamplerArg, SamplingArg, description, fingerprint, limited, toml_of};
 use crate::output::{begin, commit, one_of_a_name, print_files};
-use crate::record::{file_name, option, record, value_name};
+use crate::record::{file_name, flag, option, record, value_name};
 use crate::terminal::{print, warn};
 
 /// How well γ_LOS is measured: every image of a catalogue fitted with every model (section 3, Table 2).
@@ -50,6 +50,9 @@ pub struct CatalogueArgs {
     /// How pixels are integrated, instead of the models' (`point`): as the images were made.
     #[arg(long, value_enum)]
     pixel_sampling: Option<SamplingArg>,
+    /// The profile likelihood of γ_LOS beside its posterior, with its coverage; some seconds more a fit.
+    #[arg(long)]
+    profile: bool,
     /// How to sample.
     #[arg(long, value_enum, default_value_t = SamplerArg::Valley)]
     sampler: SamplerArg,
@@ -70,6 +73,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
     let settings = CatalogueSettings {
         sampler: limited(args.sampler.settings(), args.max_draws)?,
         pixel_sampling: args.pixel_sampling.map(PixelSampling::from),
+        profile: args.profile,
         seed: args.seed,
     };
     let mut truths = read_truth_table(&args.folder.join("truth.csv"))?;
@@ -168,7 +172,8 @@ fn keys(
         let bytes = fingerprint(&args.folder.join(&image.name))?;
         for model in models {
             let model = toml_of(&settings.resolved(model, image));
-            keys.push(format!("{bytes}\n{:?}, seed {}\n{model}", settings.sampler, settings.seed));
+            let profile = if settings.profile { ", profiles" } else { "" };
+            keys.push(format!("{bytes}\n{:?}, seed {}{profile}\n{model}", settings.sampler, settings.seed));
         }
     }
     Ok(keys)
@@ -181,6 +186,7 @@ fn catalogue_record(args: &CatalogueArgs, provenance: &Provenance) -> RunRecord 
         option("--models", models.join(","), "comprehensive,no-foreground-shear,aligned,power-law"),
         option("--first", text(args.first), ""),
         option("--pixel-sampling", args.pixel_sampling.map(value_name).unwrap_or_default(), ""),
+        flag("--profile", args.profile),
         option("--sampler", value_name(args.sampler), value_name(SamplerArg::Valley)),
         option("--max-draws", text(args.max_draws), ""),
         option("--seed", args.seed, 1),

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::bars::Bars;
 use crate::fit::SamplingArg;
 use crate::output::{begin, commit, print_files};
-use crate::record::{option, record, value_name};
+use crate::record::{flag, option, record, value_name};
 use crate::saved::{SavedRows, StateFile};
 
 /// Draw realistic composite lenses and image them: the paper's catalogue of section 3 and appendix B.
@@ -43,6 +43,9 @@ pub struct Args {
     /// How pixels are integrated: at their centres, as in the paper and as the four models fit, or adaptively.
     #[arg(long, value_enum, default_value_t = SamplingArg::Point)]
     pixel_sampling: SamplingArg,
+    /// Sources without perturbers, so that one Sérsic profile is all of them; lenses and sources stay as they are.
+    #[arg(long)]
+    no_perturbers: bool,
     /// Draw the systems only.
     #[arg(long)]
     no_images: bool,
@@ -68,10 +71,12 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         &["catalogue.csv", "catalogue.h5", "truth.csv", "mosaic.svg", "mosaic.png"],
         bars,
     )?;
-    let protocol = match args.preset {
+    let preset = match args.preset {
         PresetArg::Paper => Protocol::paper(),
         PresetArg::Text => Protocol::text(),
     };
+    let perturbers = if args.no_perturbers { [0, 0] } else { preset.perturbers };
+    let protocol = Protocol { perturbers, ..preset };
     let instrument = Instrument::default();
     let provenance = Provenance::new(Some(args.seed), toml_of(&protocol, args.pixel_sampling.into()));
     bars.begin("systems", None);
@@ -96,7 +101,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         option("--seed", args.seed, 1),
         option("--preset", value_name(args.preset), value_name(PresetArg::Paper)),
         option("--pixel-sampling", value_name(args.pixel_sampling), value_name(SamplingArg::Point)),
-        [if args.no_images { "--no-images".into() } else { String::new() }, String::new()],
+        flag("--no-perturbers", args.no_perturbers),
+        flag("--no-images", args.no_images),
     ];
     let about = format!(
         "{} composite lenses drawn from the distributions of a catalogue, and their images behind a line of sight.",

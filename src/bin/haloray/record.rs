@@ -37,6 +37,11 @@ pub fn option(name: &str, value: impl ToString, default: impl ToString) -> [Stri
     if value == default.to_string() { Default::default() } else { [name.into(), value] }
 }
 
+/// A flag, left out where it is not given.
+pub fn flag(name: &str, is_given: bool) -> [String; 2] {
+    [if is_given { name.into() } else { String::new() }, String::new()]
+}
+
 /// A file without its folder.
 pub fn file_name(path: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()

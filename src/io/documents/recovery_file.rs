@@ -78,7 +78,7 @@ pub fn read_recovery(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mock::RecoveredShear;
+    use crate::mock::{ProfiledShear, RecoveredShear};
 
     #[test]
     fn a_fit_is_found_again_under_its_own_key_only() {
@@ -91,6 +91,7 @@ mod tests {
             high: 0.2,
             bounded: true,
             fisher: 0.1,
+            profile: Some(ProfiledShear { best_fit: 0.1, interval68: [None, Some(1.0 / 3.0)] }),
         };
         let fit = ShearRecovery {
             image: "images/a b.fits".into(),
