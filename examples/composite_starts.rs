@@ -19,12 +19,8 @@ fn main() -> Result<()> {
     };
     let numbers: Vec<u64> = std::env::args().skip(1).map(number).collect::<Result<_>>()?;
     let (systems, seeds) = numbers.split_first().map_or((64, [101].as_slice()), |(n, seeds)| (*n, seeds));
-    println!(
-        "| seed | system | ln p of the start less that from the truth | χ² per degree of freedom | evaluations |"
-    );
-    println!("|---:|---:|---:|---:|---:|");
     let all: Vec<(u64, u64)> = seeds.iter().flat_map(|seed| (0..systems).map(move |k| (*seed, k))).collect();
-    let below: Vec<f64> = all
+    let ends: Vec<End> = all
         .into_par_iter()
         .map(|(seed, system)| {
             let (likelihood, truth) = mock(seed, system)?;
@@ -34,22 +30,59 @@ fn main() -> Result<()> {
                 search.advance(&likelihood, seed, &Silent)?;
             }
             let best = search.best().unwrap_or(&from_truth);
-            let gain = best.log_posterior - from_truth.log_posterior;
             let values = likelihood.model().at_latent(&best.latent).0;
             let chi2 =
                 likelihood.image(&values).map_or(f64::INFINITY, |image| likelihood.chi2_reduced(&image));
-            println!("| {seed} | {system} | {gain:.2} | {chi2:.3} | {} |", search.evaluations());
-            Ok(gain)
+            let gain = best.log_posterior - from_truth.log_posterior;
+            let end = End { seed, system, gain, chi2, evaluations: search.evaluations() };
+            eprintln!("{}", end.row());
+            Ok(end)
         })
         .collect::<Result<_>>()?;
-    let count = |is: &dyn Fn(f64) -> bool| below.iter().filter(|gain| is(**gain)).count();
     println!(
-        "\n{} of {} end as high as from the truth, or higher; ",
-        count(&|gain| gain >= -1.0),
-        below.len()
+        "| seed | systems | on a wrong maximum | more than 1 higher | largest χ² | median evaluations |"
     );
-    println!("{} end more than 1 higher, {} on a wrong maximum.", count(&|g| g > 1.0), count(&|g| g < -1.0));
+    println!("|---:|---:|---:|---:|---:|---:|");
+    for seed in seeds {
+        let own: Vec<&End> = ends.iter().filter(|end| end.seed == *seed).collect();
+        let count = |is: &dyn Fn(f64) -> bool| own.iter().filter(|end| is(end.gain)).count();
+        let mut evaluations: Vec<u64> = own.iter().map(|end| end.evaluations).collect();
+        evaluations.sort_unstable();
+        println!(
+            "| {seed} | {} | {} | {} | {:.3} | {} |",
+            own.len(),
+            count(&|gain| gain < -SAME),
+            count(&|gain| gain > SAME),
+            own.iter().map(|end| end.chi2).fold(0.0, f64::max),
+            evaluations.get(own.len() / 2).copied().unwrap_or_default()
+        );
+    }
+    println!("\nWhere both climbs end apart:\n");
+    println!("| seed | system | ln p of the start less that from the truth | χ² | evaluations |");
+    println!("|---:|---:|---:|---:|---:|");
+    ends.iter().filter(|end| end.gain.abs() > SAME).for_each(|end| println!("{}", end.row()));
     Ok(())
+}
+
+/// Ends that differ by less in ln p are of one maximum.
+const SAME: f64 = 1.0;
+
+/// Where the start of a system ended.
+struct End {
+    seed: u64,
+    system: u64,
+    /// ln p less that of the climb from the truth.
+    gain: f64,
+    /// Per degree of freedom.
+    chi2: f64,
+    evaluations: u64,
+}
+
+impl End {
+    fn row(&self) -> String {
+        let Self { seed, system, gain, chi2, evaluations } = self;
+        format!("| {seed} | {system} | {gain:.2} | {chi2:.3} | {evaluations} |")
+    }
 }
 
 /// The likelihood of an image, and the truth in its latent coordinates.

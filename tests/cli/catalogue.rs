@@ -2,7 +2,7 @@
 
 use crate::folder::Folder;
 use crate::small_image;
-use haloray::io::Provenance;
+use haloray::io::{Provenance, Table, Values};
 
 const GAMMA_LOS: [[f64; 2]; 3] = [[0.02, -0.01], [-0.03, 0.01], [0.0, 0.03]];
 
@@ -68,6 +68,33 @@ fn a_study_that_was_stopped_repeats_no_fit_and_ends_with_the_same_table() {
         fitted(&printed(&folder, "study catalogue . --models small.toml -o parts --first 1 --seed 2")),
         1
     );
+}
+
+#[test]
+fn profile_likelihoods_are_scored_where_they_are_asked_for() {
+    let folder = folder();
+    let table = printed(&folder, "study catalogue . --models small.toml -o study --first 2 --profile");
+    assert!(table.contains("coverage of 68%, profile") && table.contains("χ², profile"), "{table}");
+    let scores: serde_json::Value = serde_json::from_str(&read(&folder, "study/scores.json")).unwrap();
+    assert!(scores[0]["profile_coverage"].as_f64().is_some_and(|c| (0.0..=1.0).contains(&c)), "{scores}");
+    let fits = Table::read(&folder.path("study/fits.csv"), "").unwrap();
+    let of = |name: &str| match &fits.column(name).unwrap().values {
+        Values::F64(values) => values.clone(),
+        Values::Text(_) => panic!("{name} is text"),
+    };
+    for a in ["gamma1_los", "gamma2_los"] {
+        let [low, best, high] = ["low", "best_fit", "high"].map(|end| of(&format!("{a}_profile_{end}")));
+        let (median, sd) = (of(&format!("{a}_out")), of(&format!("{a}_sd")));
+        for i in 0..2 {
+            assert!(low[i] < best[i] && best[i] < high[i], "{a} {i}: {} {} {}", low[i], best[i], high[i]);
+            // Everything else is fixed or measured well: both say the same.
+            assert!((best[i] - median[i]).abs() < sd[i], "{a} {i}: {} {}", best[i], median[i]);
+            assert!((0.5 * (high[i] - low[i]) / sd[i] - 1.0).abs() < 0.3, "{a} {i}");
+        }
+    }
+    // Without profiles it is another study.
+    let without = printed(&folder, "study catalogue . --models small.toml -o study --first 1");
+    assert!(!without.contains("profile") && without.contains("1/1"), "{without}");
 }
 
 #[test]

@@ -393,3 +393,15 @@ fn columns_that_a_format_cannot_hold_are_refused_by_name() {
     let wanted = ["rays.fits: column γ: FITS cannot hold \"γ\", only plain ASCII"];
     refuses(&folder, &TRACE.replace("rays.csv", "rays.fits"), &wanted);
 }
+
+#[test]
+fn a_calibration_asks_for_priors_to_draw_from() {
+    let folder = folder();
+    for (model, wanted) in [
+        ("power-law", ["amplitude of a light", "mean ≥ 5 sd: systems are drawn from it"]),
+        ("nothing", ["the model is nothing", "power-law"]),
+        ("none.toml", ["none.toml", "No such file"]),
+    ] {
+        refuses(&folder, &format!("study calibration --model {model} -n 2 -o out"), &wanted);
+    }
+}

@@ -65,8 +65,8 @@ struct Summary<'a> {
 
 pub fn run(args: &CalibrationArgs, bars: &Bars) -> Result<()> {
     let names = ["ranks.csv", "summary.json", "calibration.svg", "calibration.png", "result.md"];
-    let (staging, sampler) = (begin(&args.output, &names, bars)?, args.sampler.settings());
     let calibration = args.calibration()?;
+    let (staging, sampler) = (begin(&args.output, &names, bars)?, args.sampler.settings());
     let text = toml_of(calibration.description());
     let pixels = calibration.pixels();
     let command = format!("study calibration, seed {}, {sampler:?}, {pixels} pixels\n{text}", args.seed);
