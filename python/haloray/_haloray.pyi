@@ -186,6 +186,7 @@ def mock(
     end: int,
     pixel_sampling: str,
     images: bool,
+    perturbers: bool,
     progress: _Progress = None,
 ) -> dict[str, Any]: ...
 def mock_instrument() -> tuple[float, float, float, float, float]: ...

@@ -135,6 +135,7 @@ def mock(
     seed: int = 1,
     pixel_sampling: str = "point",
     images: bool = True,
+    perturbers: bool = True,
     first: int = 0,
     executor: Executor | None = None,
     chunk: int | None = None,
@@ -158,6 +159,8 @@ def mock(
         How pixels are integrated.
     images : bool
         Whether to image the systems.
+    perturbers : bool
+        Whether sources have their perturbers; all else of a system stays.
     first : int
         Number of the first system.
     executor, chunk
@@ -184,7 +187,7 @@ def mock(
     """
     count, start, seed = whole("n", n, 1, 1_000_000), whole("first", first, 0, 1 << 40), whole("seed", seed)
     preset = expect("preset", preset, str, '"paper" or "text"')
-    rest = str(pixel_sampling), bool(images)
+    rest = str(pixel_sampling), bool(images), bool(perturbers)
     if executor is None:
         parts: list[dict[str, Any]] = [_mock(preset, seed, start, start + count, *rest, callback(progress))]
     else:

@@ -32,7 +32,7 @@ pub fn mock_instrument() -> (f64, f64, f64, f64, f64) {
 
 /// Draws systems `start..end` of a seed and, where asked for, images them.
 #[pyfunction]
-#[pyo3(signature = (preset, seed, start, end, pixel_sampling, images, progress=None))]
+#[pyo3(signature = (preset, seed, start, end, pixel_sampling, images, perturbers, progress=None))]
 #[allow(clippy::too_many_arguments, reason = "each has its name in Python")]
 pub fn mock<'py>(
     py: Python<'py>,
@@ -42,9 +42,11 @@ pub fn mock<'py>(
     end: u64,
     pixel_sampling: &str,
     images: bool,
+    perturbers: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let protocol = protocol(py, preset)?;
+    let preset = protocol(py, preset)?;
+    let protocol = if perturbers { preset } else { preset.without_perturbers() };
     let sampling = match pixel_sampling {
         "point" => PixelSampling::Point,
         "adaptive" => PixelSampling::Adaptive,

@@ -122,6 +122,14 @@ def test_mocks_are_those_of_the_command(command):
     assert found.truths["gamma1_los"] == pytest.approx(found["gamma1_los"])
 
 
+def test_a_source_without_perturbers_is_the_same_source():
+    with_all, without = (hr.mock(3, seed=6, perturbers=own) for own in (True, False))
+    assert (with_all["perturbers"] > 0).all() and (without["perturbers"] == 0).all()
+    for name in ("z_lens", "source_magnitude", "source_x_arcsec", "gamma1_los"):
+        assert (with_all[name] == without[name]).all()
+    assert (with_all.images[0].source_e_s - without.images[0].source_e_s).max() > 0.0
+
+
 def test_mocks_by_an_executor():
     whole = hr.mock(5, seed=3, images=False, preset="text")
     with concurrent.futures.ThreadPoolExecutor(2) as executor:

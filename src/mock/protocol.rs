@@ -143,6 +143,11 @@ impl Protocol {
         }
     }
 
+    /// The same with sources of one Sérsic profile alone; all else of a system stays.
+    pub fn without_perturbers(self) -> Self {
+        Self { perturbers: [0, 0], ..self }
+    }
+
     /// The values of the text of appendix B.
     pub fn text() -> Self {
         Self {

@@ -75,8 +75,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         PresetArg::Paper => Protocol::paper(),
         PresetArg::Text => Protocol::text(),
     };
-    let perturbers = if args.no_perturbers { [0, 0] } else { preset.perturbers };
-    let protocol = Protocol { perturbers, ..preset };
+    let protocol = if args.no_perturbers { preset.without_perturbers() } else { preset };
     let instrument = Instrument::default();
     let provenance = Provenance::new(Some(args.seed), toml_of(&protocol, args.pixel_sampling.into()));
     bars.begin("systems", None);
