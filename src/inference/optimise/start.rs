@@ -22,6 +22,8 @@ const MIDDLE_ITERATIONS: usize = 40;
 /// Rounds of guesses after which the best is taken whatever it is, and the χ² per degree of freedom above which no less do.
 const MOST_ROUNDS: u64 = 10;
 const GROSS_MISFIT: f64 = 2.0;
+/// The highest maxima that are climbed on from where nothing settles which is the top.
+const CLIMBED_ON: usize = 3;
 /// Maxima whose ln p differ by less are the same.
 const SAME: f64 = 1.0;
 
@@ -39,6 +41,9 @@ const SAME: f64 = 1.0;
 /// begins anew, a third with its lights but another lens, a third with its lens turned and the foreground shear that makes up
 /// for it; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its χ² is above what noise leaves, else
 /// the search goes on.
+///
+/// As long as nothing has been reached twice, or where χ² is above what noise leaves, the highest maxima of each round are climbed on
+/// from: again, as bent valleys end climbs early, and through short exposures.
 ///
 /// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
 /// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as
@@ -134,18 +139,53 @@ impl StartSearch {
             known = highest.and_then(|highest| Known::from_maximum(likelihood.model(), highest)).or(known);
         }
         let finals = search_round(likelihood, known.as_ref(), (seed, self.rounds), (name, &counter, monitor));
-        self.evaluations += counter.evaluations()?;
-        self.rounds += 1;
-        self.finals.extend(finals);
+        let mut next = self.clone();
+        next.rounds += 1;
+        next.finals.extend(finals);
+        next.sort();
+        next.climb_on(likelihood, &counter);
+        next.evaluations += counter.evaluations()?;
+        let is_higher = |highest| next.finals[0].log_posterior - highest >= SAME;
+        next.withstood =
+            if highest.is_some_and(is_higher) { 0 } else { next.withstood + u64::from(is_challenge) };
+        *self = next;
+        Ok(())
+    }
+
+    /// The highest first, and whether it has been reached twice.
+    fn sort(&mut self) {
         self.finals.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
-        let is_higher = |highest| self.finals[0].log_posterior - highest >= SAME;
         self.is_found_twice |=
             matches!(self.finals.as_slice(), [a, b, ..] if a.log_posterior - b.log_posterior < SAME);
-        self.withstood += u64::from(is_challenge);
-        if highest.is_some_and(is_higher) {
-            self.withstood = 0;
+    }
+
+    /// Climbs on from the highest maxima where nothing has been reached twice, or χ² is above what noise leaves: again, along
+    /// valleys so bent that a climb ends before their top, and in the second case through short exposures to other maxima.
+    fn climb_on(&mut self, likelihood: &ImageLikelihood, counter: &Counter) {
+        let own = counter.watch(likelihood);
+        let is_of_noise = |highest: &Maximum| fewest(likelihood, highest).rounds == 1;
+        let is_of_noise = self.finals.first().is_none_or(is_of_noise);
+        if is_of_noise && self.is_found_twice {
+            return;
         }
-        Ok(())
+        let shorter = if is_of_noise { vec![] } else { short_exposures(likelihood).to_vec() };
+        let shorter: Vec<CountedLikelihood> = shorter.iter().map(|shorter| counter.watch(shorter)).collect();
+        let from: Vec<Maximum> = self.finals.drain(..self.finals.len().min(CLIMBED_ON)).collect();
+        let ends: Vec<Vec<Maximum>> = from
+            .into_par_iter()
+            .map(|maximum| {
+                let climbed = |through| climb_through(through, &own, maximum.latent.clone());
+                let through = if is_of_noise { None } else { climbed(&shorter) };
+                let again = climbed(&[]).filter(|again| again.log_posterior > maximum.log_posterior);
+                let top = again.unwrap_or(maximum);
+                // Back where it was, it has not been reached twice.
+                let is_other = |end: &Maximum| (end.log_posterior - top.log_posterior).abs() >= SAME;
+                let other = through.filter(is_other);
+                [top].into_iter().chain(other).collect()
+            })
+            .collect();
+        self.finals.extend(ends.into_iter().flatten());
+        self.sort();
     }
 
     /// Whether what was read back is of a problem of that dimension.
@@ -195,11 +235,7 @@ fn search_round(
     let task = monitor.task(&title, Some(RADII * SHAPES));
     let noisier = match round % 2 {
         0 => NOISE_ABOVE.map(|part| likelihood.with_noise_of_at_least(brightest(likelihood, part))),
-        _ => {
-            let (part, ratios) = SHORT_EXPOSURES;
-            let flux = brightest(likelihood, part);
-            ratios.map(|ratio| likelihood.with_exposure_of_at_most(ratio * ratio / flux))
-        }
+        _ => short_exposures(likelihood),
     };
     let noisier: Vec<CountedLikelihood> = noisier.iter().map(|noisier| counter.watch(noisier)).collect();
     let own = counter.watch(likelihood);
@@ -238,6 +274,13 @@ fn best(mut climbs: Vec<Maximum>, most: usize) -> Vec<Maximum> {
     climbs.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
     climbs.truncate(most);
     climbs
+}
+
+/// The likelihood as after exposures that show all but the brightest pixels at low signal-to-noise ratios.
+fn short_exposures(likelihood: &ImageLikelihood) -> [ImageLikelihood; 2] {
+    let (part, ratios) = SHORT_EXPOSURES;
+    let flux = brightest(likelihood, part);
+    ratios.map(|ratio| likelihood.with_exposure_of_at_most(ratio * ratio / flux))
 }
 
 /// The flux that this fraction of the pixels does not reach, 0 if it is negative.
