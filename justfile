@@ -194,6 +194,18 @@ calibration:
     cargo run --release -- study calibration -n 200 --seed 1 -o calibration
     python3 data/oracle/page.py docs/CALIBRATION.md "haloray study calibration -n 200 --seed 1 -o calibration" calibration/result.md
 
+# the same of stars and dark haloes, an hour; writes docs/COMPOSITE_CALIBRATION.md
+composite-calibration:
+    cargo run --release -- study calibration --model comprehensive -n 200 --seed 1 -o composite_calibration
+    python3 data/oracle/page.py docs/COMPOSITE_CALIBRATION.md "haloray study calibration --model comprehensive -n 200 --seed 1 -o composite_calibration" \
+        composite_calibration/result.md
+
+# what flat priors do to γ_LOS of composite lenses: posteriors beside profile likelihoods, an hour; writes docs/FLAT_PRIORS.md
+flat-priors:
+    cargo run --release -- mock -n 64 --seed 201 --no-perturbers -o flat_priors
+    cargo run --release -- study catalogue flat_priors --models comprehensive --profile
+    python3 data/oracle/page.py docs/FLAT_PRIORS.md "haloray study catalogue flat_priors --models comprehensive --profile" flat_priors/study/result.md
+
 # images of simulations fitted through their own haloes, an hour; writes docs/CLOSURE.md
 closure:
     cargo build --release
@@ -203,9 +215,9 @@ closure:
 blind-starts:
     cargo run --release --example blind_starts | python3 data/oracle/page.py docs/BLIND_STARTS.md "just blind-starts"
 
-# do starts of composite lenses end as high as climbs from the truth? 64 systems of three seeds; writes docs/COMPOSITE_STARTS.md
-composite-starts:
-    cargo run --release --example composite_starts -- 64 101 102 103 | python3 data/oracle/page.py docs/COMPOSITE_STARTS.md "just composite-starts"
+# do starts of composite lenses end as high as climbs from the truth? 64 systems of each seed; writes docs/COMPOSITE_STARTS.md
+composite-starts SEEDS="204":
+    cargo run --release --example composite_starts -- 64 {{SEEDS}} | python3 data/oracle/page.py docs/COMPOSITE_STARTS.md "just composite-starts '{{SEEDS}}'"
 
 # section 3: 64 images fitted with four models, under two hours on two cores; writes docs/CATALOGUE.md
 catalogue:
