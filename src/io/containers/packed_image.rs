@@ -69,12 +69,12 @@ pub(super) fn decompress(
 }
 
 /// The same tiles of floats, not packed by gzip any more: fitskit 0.3 takes steps, integers of 32 bits, for as wide as the
-/// floats, and shuffled bytes of floats for floats. No tile has more than `most_bytes`.
+/// floats, and shuffled bytes of floats for floats. All tiles together have at most `left` bytes.
 fn plain_floats(
     header: &Header,
     table: &BinTable,
     (float_bytes, is_shuffled): (usize, bool),
-    most_bytes: usize,
+    mut left: usize,
 ) -> std::result::Result<(Header, BinTable), String> {
     let place = |name: &str| {
         let column = table.columns.iter().position(|column| column.name == name)?;
@@ -82,7 +82,8 @@ fn plain_floats(
         Some((column, before..before + table.columns[column].format.byte_size()))
     };
     let (tiles, cell) = place("COMPRESSED_DATA").ok_or("has no column COMPRESSED_DATA")?;
-    let scale = place("ZSCALE").map_or(0..0, |(_, scale)| scale);
+    let scale = place("ZSCALE").map(|(_, scale)| scale);
+    let has_one_scale = header.get_float("ZSCALE").is_some_and(|scale| scale != 0.0);
     let (mut header, mut plain) = (header.clone(), table.clone());
     header.set("ZCMPTYPE", HeaderValue::String("NOCOMPRESS".into()), None);
     for (row, cells) in plain.main_data.chunks_exact_mut(table.row_len.max(1)).enumerate() {
@@ -90,13 +91,15 @@ fn plain_floats(
             return Err(format!("row {} of COMPRESSED_DATA has no bytes", row + 1));
         };
         // Tiles of scale 0 are floats as they are.
-        let are_steps = cells[scale.clone()].iter().any(|byte| *byte != 0);
+        let own_scale = scale.clone().map(|scale| cells[scale].iter().any(|byte| *byte != 0));
+        let are_steps = own_scale.unwrap_or(has_one_scale);
         let width = if are_steps { 4 } else { float_bytes };
         let mut raw = Vec::new();
         if !packed.is_empty() {
-            let unpacked = GzDecoder::new(packed.as_slice()).take(most_bytes as u64).read_to_end(&mut raw);
+            let unpacked = GzDecoder::new(packed.as_slice()).take(left as u64).read_to_end(&mut raw);
             unpacked.map_err(|error| format!("tile {} cannot be unpacked: {error}", row + 1))?;
         }
+        left -= raw.len();
         if is_shuffled {
             // The first bytes of all numbers, then their second ones, ….
             let count = raw.len() / width;
@@ -109,7 +112,13 @@ fn plain_floats(
         let (count, offset) = cells[cell.clone()].split_at_mut(cell.len() / 2);
         for (number, half) in [(raw.len(), count), (plain.heap.len(), offset)] {
             let own = (number as u64).to_be_bytes();
-            half.copy_from_slice(&own[own.len() - half.len()..]);
+            let (above, own) = own.split_at(own.len() - half.len());
+            if above.iter().any(|byte| *byte != 0) || own[0] > i8::MAX as u8 {
+                return Err(
+                    "has more bytes of pixels than its descriptors can count; funpack unpacks it".into()
+                );
+            }
+            half.copy_from_slice(own);
         }
         plain.heap.extend(raw);
     }
