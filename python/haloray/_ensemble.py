@@ -18,7 +18,7 @@ from ._errors import InputError
 from ._haloray import Config, EnsemblePlan
 from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, centred, column, number, one_of, path_of, refuse, whole
+from ._units import Array, centred, column, flag, number, one_of, path_of, refuse, whole
 
 if TYPE_CHECKING:
     import pandas
@@ -187,7 +187,7 @@ class Ensemble:
         stacks = [np.ascontiguousarray(stack) for stack in self._stacks]
         failures = sorted(self.failures.items())
         own, tidal = self._values
-        for complaint in self._native.write(own, tidal, stacks, failures, path_of("folder", folder), bool(overwrite)):
+        for complaint in self._native.write(own, tidal, stacks, failures, path_of("folder", folder), flag("overwrite", overwrite)):
             warnings.warn(complaint, stacklevel=2)
 
     def __reduce__(self) -> tuple[Any, ...]:

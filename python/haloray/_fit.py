@@ -20,7 +20,7 @@ from ._packages import package
 from ._progress import Progress, callback
 from ._run import Image
 from ._sight import LineOfSight
-from ._units import Array, expect, number, optional, path_of, refuse, whole
+from ._units import Array, expect, flag, number, optional, path_of, refuse, whole
 
 if TYPE_CHECKING:
     import pandas
@@ -314,7 +314,7 @@ def fit(
         likelihood=None if likelihood is None else expect("likelihood", likelihood, str, "a likelihood's name"),
         pixel_sampling=None if pixel_sampling is None else expect("pixel_sampling", pixel_sampling, str, "a name"),
         output=None if output is None else path_of("output", output),
-        overwrite=bool(overwrite),
+        overwrite=flag("overwrite", overwrite),
         resume=None if resume is None else path_of("resume", resume),
     )
     form, text = _description(model)

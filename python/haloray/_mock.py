@@ -13,7 +13,7 @@ from ._haloray import mock_instrument
 from ._observation import Observation
 from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, expect, refuse, whole
+from ._units import Array, expect, flag, refuse, whole
 
 if TYPE_CHECKING:
     import astropy.table
@@ -187,7 +187,7 @@ def mock(
     """
     count, start, seed = whole("n", n, 1, 1_000_000), whole("first", first, 0, 1 << 40), whole("seed", seed)
     preset = expect("preset", preset, str, '"paper" or "text"')
-    rest = str(pixel_sampling), bool(images), bool(perturbers)
+    rest = str(pixel_sampling), flag("images", images), flag("perturbers", perturbers)
     if executor is None:
         parts: list[dict[str, Any]] = [_mock(preset, seed, start, start + count, *rest, callback(progress))]
     else:

@@ -21,7 +21,7 @@ from ._haloray import write_image as _write_image
 from ._packages import package
 from ._progress import Progress, callback
 from ._sight import dataset
-from ._units import Array, path_of, whole
+from ._units import Array, flag, path_of, whole
 
 if TYPE_CHECKING:
     import astropy.io.fits
@@ -221,7 +221,7 @@ def simulate(
     sightline = whole("sightline", sightline)
     folder = None if output is None else path_of("output", output)
     own = _own(haloes, resolved)
-    found = _simulate(resolved, own, sightline, folder, bool(overwrite), callback(progress))
+    found = _simulate(resolved, own, sightline, folder, flag("overwrite", overwrite), callback(progress))
     _complain(found)
     return Simulation(
         json.loads(found["summary"]),

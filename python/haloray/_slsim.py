@@ -12,7 +12,7 @@ from ._ensemble import Ensemble
 from ._errors import FileError, InputError, MissingFileError
 from ._haloray import __version__
 from ._packages import package
-from ._units import Array, expect, items, one_of, path_of, refuse
+from ._units import Array, expect, flag, items, one_of, path_of, refuse
 
 #: Which columns of an ensemble a table holds: (whether for slsim's tables with the correction, where) to the end of their names.
 _COLUMNS = {(True, "axis"): "los", (True, "ring"): "los_ring", (False, "axis"): "os", (False, "ring"): "os_beam"}
@@ -57,7 +57,7 @@ def to_slsim(
     dimensionless. slsim 0.1.1 (``slsim.LOS.los_pop.LOSPop``) draws the two independently of each other, and
     the direction of the shear uniformly.
     """
-    end = _COLUMNS[bool(corrected), one_of("place", place, ("axis", "ring"))]
+    end = _COLUMNS[flag("corrected", corrected), one_of("place", place, ("axis", "ring"))]
     several = "a haloray.Ensemble, or a list of them"
     given = [ensembles] if isinstance(ensembles, Ensemble) else items("ensembles", ensembles, several)
     if not given:

@@ -29,6 +29,13 @@ def expect(name: str, value: object, kind: type[_Kind], allowed: str) -> _Kind:
     return value
 
 
+def flag(name: str, value: object) -> bool:
+    """``value`` as a bool, if it is one of Python or numpy."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise refuse(name, value, "True or False")
+    return bool(value)
+
+
 def path_of(name: str, value: object) -> str:
     """``value`` as the path of a file or folder."""
     path: object = os.fspath(cast("os.PathLike[str]", value)) if isinstance(value, os.PathLike) else value
