@@ -42,8 +42,8 @@ const SAME: f64 = 1.0;
 /// for it; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its χ² is above what noise leaves, else
 /// the search goes on.
 ///
-/// As long as nothing has been reached twice, or where χ² is above what noise leaves, the highest maxima of each round are climbed on
-/// from: again, as bent valleys end climbs early, and through short exposures.
+/// As long as nothing has been reached twice, or where χ² is above what noise leaves, each round also climbs on from the highest
+/// maxima so far: again, as bent valleys end climbs early, and where χ² is above noise through short exposures.
 ///
 /// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
 /// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as

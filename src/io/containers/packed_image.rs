@@ -81,11 +81,19 @@ fn plain_floats(
         let before: usize = table.columns[..column].iter().map(|own| own.format.byte_size()).sum();
         Some((column, before..before + table.columns[column].format.byte_size()))
     };
-    let (tiles, cell) = place("COMPRESSED_DATA").ok_or("has no column COMPRESSED_DATA")?;
+    let is_of_arrays = |column: usize| {
+        matches!(table.columns[column].format, BinColumnType::VarP(_) | BinColumnType::VarQ(_))
+    };
+    let (tiles, cell) = place("COMPRESSED_DATA")
+        .filter(|(column, _)| is_of_arrays(*column))
+        .ok_or("has no column COMPRESSED_DATA of arrays")?;
     let scale = place("ZSCALE").map(|(_, scale)| scale);
     let has_one_scale = header.get_float("ZSCALE").is_some_and(|scale| scale != 0.0);
     let (mut header, mut plain) = (header.clone(), table.clone());
     header.set("ZCMPTYPE", HeaderValue::String("NOCOMPRESS".into()), None);
+    if scale.iter().chain([&cell]).any(|place| place.end > table.row_len) {
+        return Err("the columns are wider than a row".into());
+    }
     for (row, cells) in plain.main_data.chunks_exact_mut(table.row_len.max(1)).enumerate() {
         let Ok(BinCellValue::Bytes(packed)) = table.get_cell(row, tiles) else {
             return Err(format!("row {} of COMPRESSED_DATA has no bytes", row + 1));
