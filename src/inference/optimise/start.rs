@@ -174,10 +174,9 @@ impl StartSearch {
         let ends: Vec<Vec<Maximum>> = from
             .into_par_iter()
             .map(|maximum| {
-                let climbed = |through| climb_through(through, &own, maximum.latent.clone());
-                let through = if is_of_noise { None } else { climbed(&shorter) };
-                let again = climbed(&[]).filter(|again| again.log_posterior > maximum.log_posterior);
-                let top = again.unwrap_or(maximum);
+                let climbed = || climb_through(&shorter, &own, maximum.latent.clone());
+                let through = if is_of_noise { None } else { climbed() };
+                let top = climb_on_from(&own, maximum);
                 // Back where it was, it has not been reached twice.
                 let is_other = |end: &Maximum| (end.log_posterior - top.log_posterior).abs() >= SAME;
                 let other = through.filter(is_other);
@@ -302,6 +301,22 @@ fn climb_through(
         Some(climb(likelihood, latent, &[], MIDDLE_ITERATIONS)?.latent)
     };
     to_the_top(last, noisier.iter().try_fold(latent, climbed)?)
+}
+
+/// Climbs again and again until that gains nothing: along a bent valley each climb ends before the top.
+fn climb_on_from(likelihood: &CountedLikelihood, mut maximum: Maximum) -> Maximum {
+    const MOST_CLIMBS: usize = 20;
+    const SMALLEST_GAIN: f64 = 0.1;
+    for _ in 0..MOST_CLIMBS {
+        let below = maximum.log_posterior;
+        let again = to_the_top(likelihood, maximum.latent.clone());
+        let Some(higher) = again.filter(|again| again.log_posterior > below) else { break };
+        maximum = higher;
+        if maximum.log_posterior - below < SMALLEST_GAIN {
+            break;
+        }
+    }
+    maximum
 }
 
 /// Climbs again from a known point, as after a change of the mesh.

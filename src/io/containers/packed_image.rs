@@ -2,13 +2,18 @@
 
 use std::io::Read;
 
-use fitskit::{BinCellValue, BinColumnType, BinTable, CompressedImage, Header, HeaderValue, ImageData};
+use fitskit::{
+    BinCellValue, BinColumn, BinColumnType, BinTable, CompressedImage, Header, HeaderValue, ImageData,
+};
 use flate2::read::GzDecoder;
 
 use super::input_file;
 
 /// The standard allows no more axes and no more table columns than this.
 pub(super) const MAX_COUNT: i64 = 999;
+
+/// The column of packed tiles.
+const TILES: &str = "COMPRESSED_DATA";
 
 /// The image in a table of compressed tiles, whose size is compared with what can be packed into `packed_bytes`.
 pub(super) fn decompress(
@@ -54,6 +59,12 @@ pub(super) fn decompress(
         }
     }
     check_heap(table)?;
+    // fitskit takes cells of any other type for packed bytes too.
+    let is_of_arrays =
+        |column: &BinColumn| matches!(column.format, BinColumnType::VarP(_) | BinColumnType::VarQ(_));
+    if !table.columns.iter().find(|column| column.name == TILES).is_some_and(is_of_arrays) {
+        return Err(format!("has no column {TILES} of arrays"));
+    }
     let float_bytes = match header.get_int("ZBITPIX") {
         Some(-32) => 4,
         Some(-64) => 8,
@@ -81,12 +92,7 @@ fn plain_floats(
         let before: usize = table.columns[..column].iter().map(|own| own.format.byte_size()).sum();
         Some((column, before..before + table.columns[column].format.byte_size()))
     };
-    let is_of_arrays = |column: usize| {
-        matches!(table.columns[column].format, BinColumnType::VarP(_) | BinColumnType::VarQ(_))
-    };
-    let (tiles, cell) = place("COMPRESSED_DATA")
-        .filter(|(column, _)| is_of_arrays(*column))
-        .ok_or("has no column COMPRESSED_DATA of arrays")?;
+    let (tiles, cell) = place(TILES).ok_or_else(|| format!("has no column {TILES}"))?;
     let scale = place("ZSCALE").map(|(_, scale)| scale);
     let has_one_scale = header.get_float("ZSCALE").is_some_and(|scale| scale != 0.0);
     let (mut header, mut plain) = (header.clone(), table.clone());
@@ -96,7 +102,7 @@ fn plain_floats(
     }
     for (row, cells) in plain.main_data.chunks_exact_mut(table.row_len.max(1)).enumerate() {
         let Ok(BinCellValue::Bytes(packed)) = table.get_cell(row, tiles) else {
-            return Err(format!("row {} of COMPRESSED_DATA has no bytes", row + 1));
+            return Err(format!("row {} of {TILES} has no bytes", row + 1));
         };
         // Tiles of scale 0 are floats as they are.
         let own_scale = scale.clone().map(|scale| cells[scale].iter().any(|byte| *byte != 0));
@@ -197,6 +203,38 @@ mod tests {
         for (place, bytes) in [(0, [0xff; 4]), (4, [0xff; 4]), (4, [0x80, 0, 0, 0]), (0, [0, 0x10, 0, 0])] {
             let error = with(place, bytes).unwrap_err();
             assert!(error.contains("row 1: ") && error.contains("not in the heap of"), "{error}");
+        }
+    }
+
+    #[test]
+    fn tables_whose_tiles_are_no_arrays_or_whose_columns_leave_the_row_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("packed.fits.fz");
+        for name in
+            ["rice_1.fits.fz", "gzip_1_steps.fits.fz", "gzip_2_steps.fits.fz", "gzip_2_lossless.fits.fz"]
+        {
+            let sound = std::fs::read(Path::new("data/inputs").join(name)).unwrap();
+            // The first card of that keyword in the table's header, the value put in its place.
+            let with = |keyword: &str, value: &str| {
+                let mut damaged = sound.clone();
+                let card =
+                    (2880..).step_by(80).find(|at| damaged[*at..].starts_with(keyword.as_bytes())).unwrap();
+                damaged[card..card + 80].copy_from_slice(format!("{keyword:<8}= {value:<70}").as_bytes());
+                std::fs::write(&path, damaged).unwrap();
+                read(&path).map(|_| ()).map_err(|error| error.to_string())
+            };
+            assert!(with("TTYPE1", "'COMPRESSED_DATA'").is_ok(), "{name}");
+            for (keyword, value, wanted) in [
+                ("TFORM1", "'8B'", "has no column COMPRESSED_DATA of arrays"),
+                ("TTYPE1", "'TILES'", "has no column COMPRESSED_DATA of arrays"),
+                ("NAXIS1", "7", "are wider than a row"),
+            ] {
+                let error = with(keyword, value).unwrap_err();
+                assert!(
+                    error.contains(wanted) && error.contains("packed.fits.fz"),
+                    "{name}, {value}: {error}"
+                );
+            }
         }
     }
 }
