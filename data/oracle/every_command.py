@@ -72,6 +72,8 @@ for study, rest in {
     COMMANDS[f"study {study}"] = (f"study {study} {rest} -o out", "--seed 7")
 COMMANDS["merge"] = ("merge shards/1 shards/2 -o out", "--style dark")
 COMMANDS["extract"] = ("extract cone.csv -n 4 --z-lens 0.5 --z-source 1.5 -o out", "--seed 7")
+# Fits, and studies of fits.
+FITS = {"fit"} | {f"study {study}" for study in ("which-shear", "validity", "calibration", "catalogue")}
 # What differs between equal runs.
 TIMES = {"timings.json"}
 
@@ -90,10 +92,10 @@ def files(folder):
     return seen, hidden
 
 
-def run(binary, folder, command, limit=None, threads=1, environment=None):
+def run(binary, folder, command, limit=None, threads=1, environment=None, emulator=()):
     """Exit code, None where `limit` seconds were over first, and stderr."""
     with subprocess.Popen(
-        [binary, *command.split(), "--quiet", "--threads", str(threads)],
+        [*emulator, binary, *command.split(), "--quiet", "--threads", str(threads)],
         cwd=folder,
         env=environment,
         stdout=subprocess.DEVNULL,

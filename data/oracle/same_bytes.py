@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 """Every command on 1, 2 and 7 threads and with FMA and AVX2 hidden from the C library: `same_bytes.py BINARY [PAGE]`.
 
+Where qemu's user emulation (Debian's `qemu-user`) is installed, commands without fits also run on an emulated processor of 2008, which
+has neither; a fit takes 150 times as long there, and its matrix products and Fourier transforms follow the processor.
+
 All files but `timings.json` must have the same bytes; so must what `distances` prints. With PAGE the table replaces the section between
 `<!-- bytes -->` and `<!-- /bytes -->`.
 """
@@ -14,10 +17,17 @@ import subprocess
 import sys
 import tempfile
 
-from every_command import COMMANDS, files, make_inputs, replace_section, run
+from every_command import COMMANDS, FITS, files, make_inputs, replace_section, run
 
 MASKED = "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX512F,-FMA_Usable,-AVX2_Usable"
-WAYS = {"1 thread": (1, None), "2 threads": (2, None), "7 threads": (7, None), "FMA and AVX2 masked": (1, MASKED)}
+QEMU = shutil.which("qemu-x86_64")
+# Threads, tunables of the C library, emulator.
+WAYS = {
+    "1 thread": (1, None, ()),
+    "2 threads": (2, None, ()),
+    "7 threads": (7, None, ()),
+    "FMA and AVX2 masked": (1, MASKED, ()),
+} | ({"Nehalem, emulated": (2, None, (QEMU, "-cpu", "Nehalem"))} if QEMU else {})
 
 
 def main():
@@ -28,17 +38,23 @@ def main():
     differing = []
     for name, (command, _) in COMMANDS.items():
         found = {}
-        for way, (threads, tunables) in WAYS.items():
+        for way, (threads, tunables, emulator) in WAYS.items():
+            if emulator and name in FITS:
+                continue
             folder = base / "run"
             shutil.copytree(base / "common", folder)
             environment = os.environ | ({"GLIBC_TUNABLES": tunables} if tunables else {})
-            code, stderr = run(binary, folder, command, threads=threads, environment=environment)
+            code, stderr = run(binary, folder, command, threads=threads, environment=environment, emulator=emulator)
             assert code in (0, 1), (name, code, stderr)
             found[way] = files(folder)[0]
             shutil.rmtree(folder)
         alone = found.pop("1 thread")
         cells = []
-        for way, there in found.items():
+        for way in list(WAYS)[1:]:
+            if way not in found:
+                cells.append("–")
+                continue
+            there = found[way]
             others = sorted(n for n in alone.keys() | there.keys() if alone.get(n) != there.get(n))
             cells.append("same" if not others else f"{len(others)} differ")
             differing += [f"{name}, {way}: {n}" for n in others]

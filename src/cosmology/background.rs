@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::constants::{CRITICAL_DENSITY_MSUN_MPC3_PER_H0_SQUARED, SPEED_OF_LIGHT_KM_S};
 use crate::error::{Domain, Error, Result};
-use crate::numerics::dispatch::ray_kernel;
+use crate::numerics::dispatch::kernel;
 use crate::numerics::quadrature::unit_rule;
 
 /// The two numbers that fix a [`Background`], as a configuration file holds them.
@@ -172,7 +172,7 @@ const ITERATIONS_MAX: usize = 12;
 /// A relative step after which the error is one of rounding.
 const STEP_BEFORE_ROUNDING: f64 = 4e-6;
 
-ray_kernel! {
+kernel! {
     /// Mean of 1/√(Ωm + (1−Ωm) u⁶) over [`u_high` − `width`, `u_high`].
     fn mean_inverse_energy(omega_m: f64, u_high: f64, width: f64) -> f64 {
         let rule = unit_rule();

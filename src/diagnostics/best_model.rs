@@ -149,7 +149,8 @@ impl<'a> Problem<'a> {
         let (mut residual, mut by) = self.residuals(&p).ok_or_else(no_lens)?;
         let mut damping = 1e-4;
         for _ in 0..STEPS {
-            let (normal, downhill) = (by.transpose() * &by, by.transpose() * &residual);
+            // `tr_mul` has the same bits on every processor, which nalgebra's product of two matrices has not.
+            let (normal, downhill) = (by.tr_mul(&by), by.tr_mul(&residual));
             let mut damped = normal.clone();
             // Directions that rays do not see at all must not make it singular.
             let floor = 1e-14 * normal.trace();

@@ -1,6 +1,6 @@
 //! Convolution with a separable Gaussian, pixels beyond an edge taken as that of the edge, and its transpose.
 
-use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::dispatch::kernel;
 
 /// An image of `n`² pixels convolved with the one-dimensional `weights` along x and y.
 pub(super) fn convolve(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
@@ -19,7 +19,7 @@ pub(super) fn transposed(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
     gather_rows(&gather_columns(image, n, weights), n, weights)
 }
 
-fit_kernel! {
+kernel! {
     /// One-dimensional convolution along x, pixels beyond an edge taken as that of the edge.
     fn convolve_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
         let radius = weights.len() / 2;
@@ -37,7 +37,7 @@ fit_kernel! {
     }
 }
 
-fit_kernel! {
+kernel! {
     /// The same along y.
     fn convolve_columns(image: &[f64], n: usize, weights: &[f64], out: &mut [f64]) {
         for (y, out) in out.chunks_exact_mut(n).enumerate() {
@@ -50,7 +50,7 @@ fit_kernel! {
     }
 }
 
-fit_kernel! {
+kernel! {
     /// The transpose of [`convolve_rows`].
     fn gather_rows(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
         let radius = weights.len() / 2;
@@ -69,7 +69,7 @@ fit_kernel! {
     }
 }
 
-fit_kernel! {
+kernel! {
     /// The transpose of [`convolve_columns`].
     fn gather_columns(image: &[f64], n: usize, weights: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; n * n];

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use super::observation::Observation;
 use super::pixel_sums::{PixelDensity, Sums, Weights};
 use crate::inference::model::LikelihoodKind;
-use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::dispatch::kernel;
 use crate::numerics::real::{LANES, Lanes, Real};
 
 /// What to differentiate a likelihood by.
@@ -62,7 +62,7 @@ pub(crate) fn informations(observation: &Observation, model: &[f64]) -> [Vec<f64
     out
 }
 
-fit_kernel! {
+kernel! {
     fn inform_pixels(noise: PixelDensity, used: &[bool], model: &[f64], [f, df]: &mut [Vec<f64>; 2]) {
         for start in (0..model.len()).step_by(LANES) {
             let used = Lanes::load_flags(used, start);
@@ -83,7 +83,7 @@ pub(crate) fn combine(lights: &[Vec<f64>], amplitudes: &[f64]) -> Vec<f64> {
     model
 }
 
-fit_kernel! {
+kernel! {
     /// Σ a·b·w in eight interleaved parts, which stay in SIMD registers.
     fn weighted_sum(a: &[f64], b: &[f64], w: &[f64]) -> f64 {
         let mut parts = Lanes::ZERO;
@@ -102,7 +102,7 @@ fn expansions(observation: &Observation, model: &[f64]) -> [Vec<f64>; 2] {
     out
 }
 
-fit_kernel! {
+kernel! {
     fn expand_pixels(observation: &Observation, model: &[f64], [first, curvature]: &mut [Vec<f64>; 2]) {
         let noise = PixelDensity(observation.noise());
         for start in (0..model.len()).step_by(LANES) {
@@ -257,7 +257,7 @@ fn solved(observation: &Observation, lights: &[Vec<f64>], by: By) -> Option<Imag
     Some(ImageFit { amplitudes: a.as_slice().to_vec(), log_likelihood: chi2.value, adjoint })
 }
 
-fit_kernel! {
+kernel! {
     /// ∂lnL/∂B of [`solved`], from the amplitudes and y = (Σ BBᵀ/v)⁻¹ ∂lnL/∂a: for every one of the `shares` [a, y] that the
     /// model and the residual have in an image.
     fn adjoin_pixels(

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::observation::Observation;
 use crate::imaging::Noise;
-use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::dispatch::kernel;
 use crate::numerics::elementary::Elementary;
 use crate::numerics::real::{LANES, Lanes, Real};
 
@@ -100,7 +100,7 @@ impl Sums {
     }
 }
 
-fit_kernel! {
+kernel! {
     /// The value, the vector and the lower half of the matrix of [`Sums`], in one pass over the images.
     fn sum_pixels(
         observation: &Observation,

@@ -7,7 +7,7 @@
 use super::kick::{Kick, Kicked};
 use super::plane::{LensPlane, Plane};
 use crate::mapping::RayBundle;
-use crate::numerics::dispatch::ray_kernel;
+use crate::numerics::dispatch::kernel;
 
 /// Rays that travel together: their state in all three orders fits the first-level cache.
 ///
@@ -273,31 +273,31 @@ impl<const ORDER: usize, const N: usize> Kicked<N> for Slopes<'_, ORDER, N> {
     }
 }
 
-ray_kernel! {
+kernel! {
     fn trace_positions(rays: &mut RayBlock, planes: &[Plane]) {
         trace::<0, BLOCK>(rays, planes);
     }
 }
 
-ray_kernel! {
+kernel! {
     fn trace_jacobians(rays: &mut RayBlock, planes: &[Plane]) {
         trace::<1, BLOCK>(rays, planes);
     }
 }
 
-ray_kernel! {
+kernel! {
     fn trace_second_derivatives(rays: &mut RayBlock, planes: &[Plane]) {
         trace::<2, BLOCK>(rays, planes);
     }
 }
 
-ray_kernel! {
+kernel! {
     fn trace_few_jacobians(rays: &mut FewRays, planes: &[Plane]) {
         trace::<1, FEW>(rays, planes);
     }
 }
 
-ray_kernel! {
+kernel! {
     fn trace_few_second_derivatives(rays: &mut FewRays, planes: &[Plane]) {
         trace::<2, FEW>(rays, planes);
     }

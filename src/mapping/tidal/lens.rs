@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
 use crate::monitor::Monitor;
 use crate::numerics::complex::Cx;
-use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::dispatch::kernel;
 use crate::numerics::real::{LANES, Lanes};
 use crate::profile::mass::{MassModel, MassProfile};
 
@@ -128,7 +128,7 @@ impl Mapping for TidalLens {
     }
 }
 
-fit_kernel! {
+kernel! {
     /// β of rays in lanes.
     fn beta(equation: &Equation, lenses: &[MassModel], theta: &Cx<Lanes>) -> Cx<Lanes> {
         let alpha_d = deflection(lenses, &equation.at_lens_lanes(theta));

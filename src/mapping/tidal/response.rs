@@ -11,7 +11,7 @@ use super::kind::LineOfSightKind;
 use super::tensor::Tidal;
 use crate::mapping::{HaloBlock, Rays};
 use crate::numerics::complex::Cx;
-use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::dispatch::kernel;
 use crate::numerics::real::{LANES, Lanes};
 use crate::profile::mass::{MOST_PARAMETERS, MassModel, Response};
 
@@ -228,13 +228,13 @@ fn respond_flexion(
 }
 
 // Compiled once for each instruction set and called once for all lanes.
-fit_kernel! {
+kernel! {
     fn beta(lens: &LensResponse, rays: &Rays, start: usize) -> C {
         lens.beta_here(rays, start)
     }
 }
 
-fit_kernel! {
+kernel! {
     fn respond(lens: &LensResponse, rays: &Rays, start: usize, by_parameter: &mut [C]) -> C {
         lens.respond_here(rays, start, by_parameter)
     }

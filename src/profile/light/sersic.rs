@@ -5,7 +5,7 @@ use statrs::function::gamma::ln_gamma;
 use super::LightProfile;
 use crate::error::{Domain, Result};
 use crate::numerics::complex::Cx;
-use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::dispatch::kernel;
 use crate::numerics::elementary::Elementary;
 use crate::numerics::real::{Lanes, Real};
 use crate::profile::parameter::{
@@ -214,13 +214,13 @@ impl LightProfile for Sersic {
 }
 
 // Compiled once for each instruction set and called once for all lanes.
-fit_kernel! {
+kernel! {
     fn brightness_lanes(light: &Sersic, at: &Cx<Lanes>) -> Lanes {
         light.brightness(*at)
     }
 }
 
-fit_kernel! {
+kernel! {
     fn response_lanes(light: &Sersic, at: &Cx<Lanes>, by_parameter: &mut [Lanes; 6]) -> (Lanes, Cx<Lanes>) {
         light.response(*at, by_parameter)
     }

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::numerics::complex::Cx;
-use crate::numerics::dispatch::fit_kernel;
+use crate::numerics::dispatch::kernel;
 use crate::numerics::real::{LANES, Lanes, Real};
 use crate::profile::parameter::{Name, Parameter};
 
@@ -101,19 +101,19 @@ impl Response<Lanes> {
 pub(super) mod kernels {
     use super::*;
 
-    fit_kernel! {
+    kernel! {
         pub fn deflect<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> Cx<Lanes> {
             lens.deflect(*x, *y)
         }
     }
 
-    fit_kernel! {
+    kernel! {
         pub fn expand<P: MassProfile>(lens: &P, x: &Lanes, y: &Lanes) -> (Cx<Lanes>, [Lanes; 3]) {
             lens.expand(*x, *y)
         }
     }
 
-    fit_kernel! {
+    kernel! {
         pub fn respond<P: MassProfile>(
             lens: &P,
             x: &Lanes,

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::numerics::dispatch::ray_kernel;
+use crate::numerics::dispatch::kernel;
 
 /// The points that can be among the nearest to others about a centre: along a trajectory all are searched only where it leaves
 /// the vicinity (Verlet 1967, Phys. Rev. 159, 98).
@@ -44,7 +44,7 @@ impl Vicinity {
     }
 }
 
-ray_kernel! {
+kernel! {
     /// The `count` points nearest to x and their squared distances, the nearest first; `points` holds all first coordinates, then
     /// all second ones, and so on.
     pub(super) fn nearest(points: &[f64], x: &[f64], count: usize) -> Vec<(usize, f64)> {
@@ -77,7 +77,7 @@ ray_kernel! {
     }
 }
 
-ray_kernel! {
+kernel! {
     /// The points within a distance of x, `points` as in [`nearest`].
     fn within(points: &[f64], x: &[f64], squared_distance: f64) -> Vec<usize> {
         let n = points.len() / x.len();

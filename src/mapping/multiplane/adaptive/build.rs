@@ -10,7 +10,7 @@ use super::sample::{EDGE_NODES, FINE_NODES, Met, ROW_NODES, Sample, SampledPlane
 use super::tile::{Event, State, Tile};
 use crate::mapping::Order;
 use crate::mapping::multiplane::span::Span;
-use crate::numerics::dispatch::ray_kernel;
+use crate::numerics::dispatch::kernel;
 
 /// Terms left out of a series may add up to these parts of the accuracy: in β; in paths, of which the Hessian of a
 /// halo passes on little; in rows per arcsec, which multiply what smoothing leaves of kicks.
@@ -92,7 +92,7 @@ fn narrower_rows(
     (all, std::array::from_fn(|i| linear[i].rows(&rows_of(&jet, i))))
 }
 
-ray_kernel! {
+kernel! {
     fn sum_rows(rows: &Series<8>, basis: &Basis, jet: &mut Jet<8>) {
         rows.at::<0>(basis, jet);
     }
@@ -134,7 +134,7 @@ fn build(sample: &Sample, span: Span, accuracy: f64) -> Tile {
     Tile { square: sample.square, span, events, end, end_rows, bound_arcsec: 0.0 }
 }
 
-ray_kernel! {
+kernel! {
     /// S = θ − Qz at a block of fine nodes, from node `first` on: at every event, and at the end.
     fn paths_left(
         sample: &Sample,

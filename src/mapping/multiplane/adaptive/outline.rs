@@ -5,7 +5,7 @@ use super::sample::Spot;
 use crate::mapping::multiplane::kick::Kick;
 use crate::mapping::multiplane::plane::Plane;
 use crate::mapping::multiplane::span::Span;
-use crate::numerics::dispatch::ray_kernel;
+use crate::numerics::dispatch::kernel;
 
 /// Rays on the edge of a square that show where its rays go.
 pub(super) const RAYS: usize = 8;
@@ -77,7 +77,7 @@ impl Outline {
 /// A plane that is rough for the square: its number, the largest deflection by its halo, and where that is seen.
 pub(super) type Found = (usize, f64, [f64; 2]);
 
-ray_kernel! {
+kernel! {
     /// On through `planes`, whose rough ones are added to `rough`.
     pub(super) fn outline_through(
         outline: &mut Outline,

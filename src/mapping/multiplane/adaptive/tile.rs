@@ -8,7 +8,7 @@ use super::rough_plane::{Kicks, RoughPlane};
 use super::sample::{Met, RAYS};
 use crate::mapping::multiplane::span::Span;
 use crate::mapping::{Order, RayBundle};
-use crate::numerics::dispatch::ray_kernel;
+use crate::numerics::dispatch::kernel;
 
 /// A rough plane of a tile: met in the direction θ = S(θ₀) + Q(θ₀)z, and there kicked by K(θ).
 pub(super) struct Event {
@@ -209,25 +209,25 @@ impl State {
     }
 }
 
-ray_kernel! {
+kernel! {
     fn positions(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
         trace::<0, false>(tile, theta, rays, &mut []);
     }
 }
 
-ray_kernel! {
+kernel! {
     fn recorded(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle, met: &mut [Met]) {
         trace::<0, true>(tile, theta, rays, met);
     }
 }
 
-ray_kernel! {
+kernel! {
     fn jacobians(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
         trace::<1, false>(tile, theta, rays, &mut []);
     }
 }
 
-ray_kernel! {
+kernel! {
     fn second_derivatives(tile: &Tile, theta: &[[f64; 2]], rays: &mut RayBundle) {
         trace::<2, false>(tile, theta, rays, &mut []);
     }
