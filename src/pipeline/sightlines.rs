@@ -66,6 +66,21 @@ pub fn populate(
     }
 }
 
+/// Refuses haloes of the user's own where they are drawn.
+pub(in crate::pipeline) fn check_drawn(config: &Config) -> Result<()> {
+    let readers = |also: &str| {
+        format!("left out: this command draws its haloes; simulate, populate, map, image{also} read them")
+    };
+    if let Some(path) = &config.haloes.catalogue {
+        return Err(Error::out_of_range("haloes.catalogue", path.display(), &readers("")));
+    }
+    if config.haloes.lightcone.is_some() {
+        let allowed = readers(", ensemble and extract");
+        return Err(Error::out_of_range("haloes.lightcone", "given", &allowed));
+    }
+    Ok(())
+}
+
 impl Sightlines {
     /// Builds the tables of `config`.
     ///
@@ -160,14 +175,10 @@ impl Sightlines {
     /// # Errors
     /// More haloes than memory holds; imported ones that cannot be had, or are asked for and were not read; when cancelled.
     pub fn draw(&self, number: u64, monitor: &dyn Monitor) -> Result<Haloes> {
-        match &self.imported {
-            Some(imported) => return self.take(imported(number, self.config.line_of_sight.z_source)?),
-            None if self.config.haloes.lightcone.is_some() => {
-                let allowed = "left out here: its haloes are read by simulate, populate, map, image, ensemble and extract";
-                return Err(Error::out_of_range("haloes.lightcone", "given", allowed));
-            }
-            None => {}
+        if let Some(imported) = &self.imported {
+            return self.take(imported(number, self.config.line_of_sight.z_source)?);
         }
+        check_drawn(&self.config)?;
         let expected = self.expected()?;
         let population = &self.population;
         let (name, units) = match self.config.haloes.draw {

@@ -1,11 +1,13 @@
 //! Which γ_LOS does an image measure? Fits of many sightlines against every definition.
 
 use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
 
 use super::fitted_shear::FittedShear;
 use super::haloes::line_of_sight;
 use super::los_shears::DEFINITIONS;
 use super::one_core_each::one_core_each;
+use super::rows::RowStore;
 use super::shapes::LensAndSource;
 use super::sightlines::populate;
 use super::view::View;
@@ -16,7 +18,7 @@ use crate::monitor::{Monitor, Uncounted};
 use crate::numerics::random::Stage;
 
 /// One sightline: γ_LOS by every definition and as its image has it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WhichShear {
     /// Number of the sightline (realisation of the seed).
     pub sightline: u64,
@@ -46,20 +48,22 @@ impl WhichShear {
     }
 }
 
-/// Images and fits `n` sightlines of the configuration through all haloes with the built-in `model`.
+/// Images and fits `n` sightlines of the configuration through all haloes with the built-in `model`; those that `rows` has
+/// are not computed again.
 ///
 /// # Errors
-/// As [`populate`], and a model without γ_LOS; when cancelled.
+/// As [`populate`], and a model without γ_LOS; rows that cannot be kept; when cancelled.
 pub fn which_shear(
     config: &Config,
     psf: &Psf,
     model: &str,
     n: u64,
+    rows: &dyn RowStore<WhichShear>,
     monitor: &dyn Monitor,
 ) -> Result<Vec<WhichShear>> {
     let task = monitor.task("fits of sightlines", Some(n));
     one_core_each(n, |sightline| {
-        let row = one(config, psf, model, sightline, &Uncounted(monitor));
+        let row = rows.row(sightline, || one(config, psf, model, sightline, &Uncounted(monitor)));
         task.advance(1);
         row
     })

@@ -303,5 +303,5 @@ fn an_ensemble_takes_its_sightlines_from_a_light_cone_in_any_shard() {
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(refused.status.code() == Some(2) && said.contains("has no sightline 4; it holds 4"), "{said}");
     let drawn = folder.haloray("study tidal cone.toml -n 1 -o refused");
-    assert!(String::from_utf8_lossy(&drawn.stderr).contains("study tidal draws its haloes"));
+    assert!(String::from_utf8_lossy(&drawn.stderr).contains("draws its haloes"));
 }

@@ -53,6 +53,11 @@ fn the_page_of_a_run_holds_what_a_person_wants_and_repeats_from_the_saved_files(
     assert_eq!(succeeds(&folder, "report run"), "run/report.html\n");
     assert!(read(&folder, "run/report.html") == html, "the page differs from the first");
     succeeds(&folder, "simulate small.toml --seed 2 -o run");
+    fs::create_dir(folder.path("foreign")).unwrap();
+    fs::write(folder.path("foreign/summary.json"), "{\"a\": 1}").unwrap();
+    fs::write(folder.path("foreign/report.html"), "mine").unwrap();
+    folder.check_failure(2, &folder.haloray("report foreign"), "report foreign", &["it is there already"]);
+    assert_eq!(fs::read_to_string(folder.path("foreign/report.html")).unwrap(), "mine");
     let refused = folder.haloray("report .");
     folder.check_failure(2, &refused, "report .", &["no results of haloray"]);
 }

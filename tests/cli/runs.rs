@@ -303,7 +303,7 @@ fn settings_follow_or_are_refused() {
     fs::write(folder.path("haloes.csv"), haloes).unwrap();
     fs::write(folder.path("axis.csv"), "theta_x_arcsec,theta_y_arcsec\n0,0\n1,0\n").unwrap();
     fs::write(folder.path("own.toml"), own).unwrap();
-    for study in ["tidal", "cut"] {
+    for study in ["tidal", "cut", "haloes", "which-shear", "validity"] {
         let command = format!("study {study} own.toml -o study");
         folder.check_failure(
             2,
@@ -319,6 +319,12 @@ fn settings_follow_or_are_refused() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && stderr.contains("κ has no bound"), "{stderr}");
     assert!(String::from_utf8_lossy(&output.stdout).contains("sheets: on-axis, κ = −"), "{output:?}");
+    let command = "image --set haloes.catalogue=haloes.csv --set image.pixels=8 -o image.fits";
+    folder.check_failure(2, &folder.haloray(command), command, &["must be off the axis ray"]);
+    fs::write(folder.path("near.csv"), haloes.replace("0.5,0,0", "0.5,0.001,0")).unwrap();
+    let output = folder.haloray("image --set haloes.catalogue=near.csv --set image.pixels=8 -o image.fits");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && stderr.contains("κ has no bound"), "{output:?}");
     let none = succeeds(
         &folder,
         "trace --haloes haloes.csv --points axis.csv --z-source 1.5 --sheets none -o rays.csv",

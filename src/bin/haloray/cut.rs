@@ -13,7 +13,7 @@ use haloray::report::{
 use crate::bars::Bars;
 use crate::output::{begin, finish_study};
 use crate::record::configured;
-use crate::settings::{Settings, Tracing, check_draws, of_option, provenance, psf};
+use crate::settings::{Settings, Tracing, of_option, provenance, psf};
 
 /// What the shear cut does to κ, γ, F, Δ and the image of one line of sight.
 ///
@@ -43,7 +43,6 @@ pub fn run(args: &CutArgs, bars: &Bars) -> Result<()> {
     for &cut in &args.cuts {
         of_option(Domain::from_below(0.0, 1.0), "--cuts", cut, "at least 0 and below 1")?;
     }
-    check_draws(&config, "study cut")?;
     let (psf, provenance) = (psf(&config)?, provenance(&config, 0)?);
     let staging = begin(&args.output, &["cut.csv", "cut.svg", "cut.png", "result.md"], bars)?;
     let rows = cut_study(&config, &psf, &args.cuts, bars)?;

@@ -15,7 +15,7 @@ use haloray::{Error, Result};
 use crate::bars::Bars;
 use crate::output::{begin, commit, print_files};
 use crate::saved::hidden_beside;
-use crate::settings::{Settings, Tracing, check_many, provenance, psf};
+use crate::settings::{Settings, Tracing, check_many, provenance, psf, with_named_files};
 use crate::slurm;
 use crate::terminal::{print, warn};
 
@@ -126,7 +126,7 @@ pub fn computed(
 ) -> Result<SightlineStore> {
     let path = store_beside(output);
     bars.keeps("the sightlines that have ended", &path);
-    let identity = plan.identity(&provenance.config_toml);
+    let identity = plan.identity(&with_named_files(&plan.config, &provenance.config_toml));
     let (store, replaced) = SightlineStore::open(&path, &identity, numbers.clone())?;
     if let Some(why) = replaced {
         warn(format_args!("{}: the saved state is {why}; the work begins anew", path.display()));

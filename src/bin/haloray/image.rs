@@ -13,6 +13,7 @@ use crate::bars::Bars;
 use crate::output::{Output, commit, print_files};
 use crate::record::{configured, option};
 use crate::settings::{Sight, imported_haloes, provenance, psf};
+use crate::sheets::tell_sheets;
 use crate::summary::print_accuracy;
 
 /// Image the lens and source of the configuration through its haloes.
@@ -52,6 +53,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
 
     let haloes = pipeline::populate(&config, imported, args.sight.sightline(), bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
+    tell_sheets(&config, &haloes, bars)?;
     let shapes = LensAndSource::resolve(&config, args.sight.sightline());
     bars.begin("image", None);
     let view =

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use haloray::Result;
-use haloray::io::{Replace, Staging, files_of_run};
+use haloray::io::{Replace, Staging, files_of_run, is_of_a_run};
 use haloray::report::{PAGE_FILE, page, stage_text};
 
 use crate::bars::Bars;
@@ -32,6 +32,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         (true, true) => Replace::RenewAny,
         (false, true) => Replace::Renew,
         // A part of a run: the manifest of the whole lists it.
+        (false, false) if !is_of_a_run(&args.folder.join(PAGE_FILE)) => Replace::Own,
         (_, false) => Replace::Beside,
     };
     let staging = Staging::begin(&args.folder, &[PAGE_FILE], replace)?;

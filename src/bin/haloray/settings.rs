@@ -11,7 +11,7 @@ use haloray::cosmology::Background;
 use haloray::error::{Domain, FileFault, TableKind};
 use haloray::halo::HaloCatalogue;
 use haloray::imaging::Psf;
-use haloray::io::{Provenance, PsfKernel, read_cone, read_haloes};
+use haloray::io::{Provenance, PsfKernel, hash, read_cone, read_haloes};
 use haloray::mapping::multiplane::Accuracy;
 use haloray::monitor::Monitor;
 
@@ -235,6 +235,24 @@ pub fn provenance(config: &Config, sightline: u64) -> Result<Provenance> {
     Ok(Provenance::new(Some(config.seed), told + &text))
 }
 
+/// A configuration with what identifies the files that it names, by which unfinished work is known again: a hash of a kernel
+/// and a halo table, the size and the time of the last change of a light cone's files, which may be a hundred gigabytes.
+pub fn with_named_files(config: &Config, config_toml: &str) -> String {
+    let small = [&config.instrument.psf_file, &config.haloes.catalogue];
+    let content = |path: &PathBuf| std::fs::read(path).ok().map(|bytes| (path.clone(), hash(&bytes)));
+    let contents: Vec<_> = small.into_iter().flatten().map(content).collect();
+    let change = |path: &PathBuf| {
+        let metadata = std::fs::metadata(path).ok()?;
+        Some((path.clone(), metadata.len(), metadata.modified().ok()))
+    };
+    let cone = config.haloes.lightcone.iter().flat_map(|cone| &cone.files);
+    let changes: Vec<_> = cone.map(change).collect();
+    match contents.is_empty() && changes.is_empty() {
+        true => config_toml.into(),
+        false => format!("{config_toml}\n{contents:?}\n{changes:?}"),
+    }
+}
+
 /// Refuses a halo table of the user's own where many lines of sight are wanted.
 pub fn check_many(config: &Config, study: &str) -> Result<()> {
     match &config.haloes.catalogue {
@@ -243,16 +261,6 @@ pub fn check_many(config: &Config, study: &str) -> Result<()> {
             let allowed = format!("left out: {study} has many lines of sight, a halo table is one");
             Err(Error::out_of_range("haloes.catalogue", path.display(), &allowed))
         }
-    }
-}
-
-/// Refuses haloes of the user's own where they are drawn.
-pub fn check_draws(config: &Config, study: &str) -> Result<()> {
-    let allowed = format!("left out: {study} draws its haloes");
-    match (&config.haloes.catalogue, &config.haloes.lightcone) {
-        (None, None) => Ok(()),
-        (Some(path), _) => Err(Error::out_of_range("haloes.catalogue", path.display(), &allowed)),
-        (None, Some(_)) => Err(Error::out_of_range("haloes.lightcone", "given", &allowed)),
     }
 }
 

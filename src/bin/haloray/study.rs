@@ -14,7 +14,7 @@ use crate::fit::Outcome;
 use crate::output::{begin, finish_study};
 use crate::record::{configured, option};
 use crate::saved::SavedRows;
-use crate::settings::{Settings, check_draws, provenance};
+use crate::settings::{Settings, provenance};
 
 /// Experiments over many sightlines.
 #[derive(clap::Args)]
@@ -76,7 +76,6 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
 
 fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
-    check_draws(&config, "study tidal")?;
     let provenance = provenance(&config, 0)?;
     let staging = begin(
         &args.output,

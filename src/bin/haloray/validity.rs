@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use haloray::config::Config;
 use haloray::io::RAYS_GROUP;
 use haloray::pipeline::{
     Estimate, FitStart, SeenHaloes, ValidityCase, ValidityPlan, ValiditySummary, validity,
@@ -14,7 +15,7 @@ use crate::bars::Bars;
 use crate::output::{begin, finish_study};
 use crate::record::{configured, option, value_name};
 use crate::saved::SavedRows;
-use crate::settings::{Settings, check_draws, provenance, psf};
+use crate::settings::{Settings, provenance, psf, with_named_files};
 
 /// When the tidal approximation is good enough to measure γ_LOS, and which γ_LOS it then measures.
 ///
@@ -80,8 +81,9 @@ const FILES: [&str; 4] = ["validity.csv", "validity.h5", "summary.json", "result
 pub fn run(args: &ValidityArgs, bars: &Bars) -> Result<()> {
     let plan = args.plan()?;
     plan.validate()?;
+    let identified = |config: &Config| Ok(with_named_files(config, &provenance(config, 0)?.config_toml));
     let configurations: Vec<String> =
-        plan.cases.iter().map(|case| Ok(provenance(&case.config, 0)?.config_toml)).collect::<Result<_>>()?;
+        plan.cases.iter().map(|case| identified(&case.config)).collect::<Result<_>>()?;
     let provenance = provenance(&plan.cases[0].config, 0)?;
     let staging = begin(&args.output, &FILES, bars)?;
     let saved = SavedRows::beside(&args.output, plan.identity(&configurations), bars)?;
@@ -105,7 +107,6 @@ impl ValidityArgs {
     /// Base configuration and its variations, with everything else.
     fn plan(&self) -> Result<ValidityPlan> {
         let base = self.settings.resolve()?;
-        check_draws(&base, "study validity")?;
         let mut cases = vec![ValidityCase { name: "base".into(), psf: psf(&base)?, config: base.clone() }];
         for vary in &self.vary {
             let allowed = "KEY=VALUE,… with the section in the key, as source.radius_arcsec=0.1,0.6";
@@ -124,7 +125,6 @@ impl ValidityArgs {
                     config.diagnostics.theta_e_arcsec = config.lens.einstein_radius_arcsec;
                 }
                 config.validate()?;
-                check_draws(&config, "study validity")?;
                 cases.push(ValidityCase { name, psf: psf(&config)?, config });
             }
         }

@@ -11,12 +11,14 @@ use haloray::report::{markdown_table, result_text, stage_figure, which_shear_fig
 use crate::bars::Bars;
 use crate::output::{begin, finish_study};
 use crate::record::{configured, option};
-use crate::settings::{Settings, provenance, psf};
+use crate::saved::SavedRows;
+use crate::settings::{Settings, provenance, psf, with_named_files};
 
 /// Which shear of the line of sight an image measures.
 ///
 /// Images N sightlines through all their haloes, fits each, and compares the fitted γ_LOS with that of the axis ray, of the
 /// ring, of the image's light, and of the nearest tidal and flexion models. Writes which_shear.csv, a figure and result.md.
+/// The same command, with more or fewer sightlines too, goes on where it was stopped.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  printf '[source]\\nsersic_index = 1.0\\n' > n1.toml\n  haloray study which-shear n1.toml --preset consistent -n 35 -o which_shear\n\nA sightline takes a minute or two."
@@ -41,7 +43,10 @@ pub fn run(args: &WhichShearArgs, bars: &Bars) -> Result<()> {
     let (psf, provenance) = (psf(&config)?, provenance(&config, 0)?);
     let staging =
         begin(&args.output, &["which_shear.csv", "which_shear.svg", "which_shear.png", "result.md"], bars)?;
-    let rows = which_shear(&config, &psf, &args.model, args.number, bars)?;
+    let configuration = with_named_files(&config, &provenance.config_toml);
+    let command = format!("study which-shear, {}\n{configuration}", args.model);
+    let saved = SavedRows::beside(&args.output, command, bars)?;
+    let rows = which_shear(&config, &psf, &args.model, args.number, &saved, bars)?;
     let table = table(&rows)?;
     staging.write("which_shear.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
     stage_figure(&staging, "which_shear", || Ok(Some(which_shear_figure(&rows))))?;
@@ -50,7 +55,9 @@ pub fn run(args: &WhichShearArgs, bars: &Bars) -> Result<()> {
         "γ_LOS as fits of images through all haloes find it, against five definitions of what it should be.";
     let options = [option("-n", args.number, 35), option("--model", &args.model, "tidal-minimal")];
     let record = configured(&staging, "study which-shear", &options.concat(), about, &provenance)?;
-    finish_study(staging, &result_text(&summary(&rows), &[("which_shear", shows)]), &record, bars)
+    finish_study(staging, &result_text(&summary(&rows), &[("which_shear", shows)]), &record, bars)?;
+    saved.remove();
+    Ok(())
 }
 
 fn table(rows: &[WhichShear]) -> Result<Table> {

@@ -16,7 +16,10 @@ use crate::mapping::tidal::LineOfSightKind;
 
 /// What a parameter is: a number, another parameter's name, or a prior.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a number, the name of another parameter (\"lens.e1\"), or a prior: one of { uniform = [a, b] }, { normal = [mean, sd] }, { log_normal = [median, sd of ln] }, the last two with low and high if wanted"
+)]
 pub enum ParameterRule {
     /// Fixed to a value.
     Fixed(f64),
@@ -225,5 +228,26 @@ mod tests {
             assert!(!model.about.is_empty());
         }
         assert!(ModelDescription::built_in("simple").unwrap_err().to_string().contains("tidal-flexion"));
+    }
+
+    #[test]
+    fn a_prior_has_one_shape_and_no_unknown_name() {
+        let with = |prior: &str| {
+            let text = format!(
+                "name = \"m\"\n[line_of_sight]\nmodel = \"none\"\n[[lens]]\nprofile = \"SIS\"\n[lens.parameters]\ntheta_E = {prior}\n"
+            );
+            ModelDescription::parse(&text).map(drop)
+        };
+        assert!(with("{ normal = [1.0, 0.1], low = 0.5 }").is_ok());
+        for prior in [
+            "{ uniform = [0.3, 3.0], normal = [1.0, 0.1] }",
+            "{ normal = [1.0, 0.1], hihg = 2.0 }",
+            "{ low = 0.5 }",
+            "{ uniform = [0.3] }",
+        ] {
+            let error = with(prior).unwrap_err().to_string();
+            println!("{prior}: {error}");
+            assert!(error.contains("uniform"), "{prior}: {error}");
+        }
     }
 }

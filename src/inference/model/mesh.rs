@@ -1,6 +1,6 @@
 //! Where the surface brightness is sampled to integrate it over pixels: fixed while a fit samples.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::imaging::SkyGrid;
 use crate::mapping::Rays;
 
@@ -49,6 +49,8 @@ impl Mesh {
         brightness: impl Fn(&[[f64; 2]]) -> Result<Vec<Vec<f64>>>,
     ) -> Result<Self> {
         const DEEPEST: i32 = 10;
+        /// Cells of one depth whose samples fit into a gigabyte; images of their noise need a hundredth.
+        const MOST_CELLS: usize = 500_000;
         /// Half the distance of the two Gauss–Legendre nodes in units of the cell.
         const NODE: f64 = 0.288_675_134_594_812_9;
         let around =
@@ -88,6 +90,10 @@ impl Mesh {
                 }
             }
             (cells, width) = (next, 0.5 * width);
+            if cells.len() > MOST_CELLS.max(8 * samples.len()) {
+                let allowed = "one that fewer rays integrate to 1% of the noise; is the noise right? pixel_sampling = \"point\" integrates nothing";
+                return Err(Error::out_of_range("brightness over noise", "too large", allowed));
+            }
         }
         Ok(Self::new(grid, samples.into_iter()))
     }

@@ -10,6 +10,7 @@ pub use crate::profile::registry::PriorShape;
 /// The prior of one parameter: `{ uniform = [a, b] }`, `{ normal = [mean, sd] }` or `{ log_normal = [median, sd of ln] }`;
 /// the last two may be cut with `low` and `high`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "PriorInFile")]
 pub struct Prior {
     /// Shape.
     #[serde(flatten)]
@@ -20,6 +21,32 @@ pub struct Prior {
     /// Upper edge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high: Option<f64>,
+}
+
+/// A prior as it is written: serde takes the first of several flattened shapes and passes over names that it does not know.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct PriorInFile {
+    uniform: Option<[f64; 2]>,
+    normal: Option<[f64; 2]>,
+    log_normal: Option<[f64; 2]>,
+    low: Option<f64>,
+    high: Option<f64>,
+}
+
+impl TryFrom<PriorInFile> for Prior {
+    type Error = &'static str;
+
+    fn try_from(written: PriorInFile) -> std::result::Result<Self, Self::Error> {
+        let PriorInFile { uniform, normal, log_normal, low, high } = written;
+        let shape = match (uniform, normal, log_normal) {
+            (Some(edges), None, None) => PriorShape::Uniform(edges),
+            (None, Some(pair), None) => PriorShape::Normal(pair),
+            (None, None, Some(pair)) => PriorShape::LogNormal(pair),
+            _ => return Err("a prior has one of uniform, normal and log_normal"),
+        };
+        Ok(Self { shape, low, high })
+    }
 }
 
 impl Prior {

@@ -22,6 +22,7 @@ pub const TIMINGS: &str = "timings.json";
 
 /// The files of a run with a hash of their bytes; that of [`TIMINGS`] is empty, so that equal runs have equal manifests.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Manifest {
     files: BTreeMap<String, String>,
 }
@@ -34,10 +35,18 @@ fn fingerprint(folder: &Path, name: &str) -> io::Result<String> {
 }
 
 impl Manifest {
-    /// That of a folder; empty where there is none, or one that cannot be read.
+    /// That of a folder; empty where there is none.
     pub fn of_folder(folder: &Path) -> Self {
-        let text = fs::read_to_string(folder.join(MANIFEST)).unwrap_or_default();
-        serde_json::from_str(&text).unwrap_or_default()
+        Self::read(folder).unwrap_or_default()
+    }
+
+    /// That of a folder; `None` where no run can have written it: other files bear that name too, and a name that leaves the
+    /// folder would be removed.
+    fn read(folder: &Path) -> Option<Self> {
+        let text = fs::read_to_string(folder.join(MANIFEST)).ok()?;
+        let manifest: Self = serde_json::from_str(&text).ok()?;
+        let stay = manifest.names().all(|name| checked_name(Path::new(name)).is_ok());
+        stay.then_some(manifest)
     }
 
     /// The names listed.
@@ -47,8 +56,10 @@ impl Manifest {
 
     /// Whether the run wrote the file of that name in `folder`, as it is now: what was changed since is its owner's.
     pub fn owns(&self, folder: &Path, name: &str) -> bool {
-        name == MANIFEST
-            || self.files.get(name).is_some_and(|own| fingerprint(folder, name).is_ok_and(|now| now == *own))
+        if name == MANIFEST {
+            return Self::read(folder).is_some();
+        }
+        self.files.get(name).is_some_and(|own| fingerprint(folder, name).is_ok_and(|now| now == *own))
     }
 
     /// With the entries of a former one that this one lacks.
@@ -95,6 +106,15 @@ pub fn files_of_run(folder: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
+/// Whether a run lists the file, in the manifest of its folder or of one that holds it.
+pub fn is_of_a_run(file: &Path) -> bool {
+    let Ok(file) = std::path::absolute(file) else { return false };
+    let name = |folder: &Path| Some(file.strip_prefix(folder).ok()?.to_str()?.to_owned());
+    file.ancestors()
+        .skip(1)
+        .any(|folder| name(folder).is_some_and(|name| Manifest::of_folder(folder).files.contains_key(&name)))
+}
+
 /// A name of an output: a path that stays in its folder.
 pub(super) fn checked_name(name: &Path) -> Result<&str> {
     let stays =
@@ -121,7 +141,10 @@ pub(super) struct Commit {
 impl Commit {
     /// The commit that a killed run had begun from that staging folder.
     pub fn begun(staging: &Path) -> Option<Self> {
-        serde_json::from_slice(&fs::read(staging.join(JOURNAL)).ok()?).ok()
+        let commit: Self = serde_json::from_slice(&fs::read(staging.join(JOURNAL)).ok()?).ok()?;
+        let mut names = commit.place.iter().chain(&commit.remove);
+        let stay = names.all(|name| name == MANIFEST || checked_name(Path::new(name)).is_ok());
+        stay.then_some(commit)
     }
 
     /// Makes all renames; when one fails, those made before are taken back.
@@ -222,6 +245,37 @@ mod tests {
         }
         for bad in ["", "..", "../x", "a/../../x", "/etc/x", "manifest.json", ".commit", ".former/x"] {
             assert!(checked_name(Path::new(bad)).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_manifest_that_no_run_wrote_owns_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let own = "mine";
+        fs::write(folder.path().join("own"), own).unwrap();
+        let hash = format!("{:016x}", hash(own.as_bytes()));
+        let with = |text: String| {
+            fs::write(folder.path().join(MANIFEST), text).unwrap();
+            let manifest = Manifest::of_folder(folder.path());
+            [MANIFEST, "own"].map(|name| manifest.owns(folder.path(), name))
+        };
+        assert_eq!(with(format!(r#"{{"files": {{"own": "{hash}"}}}}"#)), [true, true]);
+        assert!(is_of_a_run(&folder.path().join("own")) && !is_of_a_run(&folder.path().join("other")));
+        for text in [
+            r#"{"name": "an app"}"#.into(),
+            "no JSON".into(),
+            format!(r#"{{"files": {{"own": "{hash}"}}, "name": "an app"}}"#),
+            format!(r#"{{"files": {{"own": "{hash}", "../mine": "{hash}"}}}}"#),
+            format!(r#"{{"files": {{"own": "{hash}", "/mine": "{hash}"}}}}"#),
+        ] {
+            assert_eq!(with(text.clone()), [false, false], "{text}");
+        }
+        let staging = folder.path().join(".staging");
+        fs::create_dir(&staging).unwrap();
+        for (remove, is_sound) in [("old/d", true), ("../d", false), ("/d", false)] {
+            let commit = Commit { place: vec![MANIFEST.into()], remove: vec![remove.into()] };
+            fs::write(staging.join(JOURNAL), serde_json::to_vec(&commit).unwrap()).unwrap();
+            assert_eq!(Commit::begun(&staging).is_some(), is_sound, "{remove}");
         }
     }
 

@@ -33,7 +33,7 @@ pub use attribute::AttributeValue;
 pub use checkpoint_file::{Saved, hash, read_checkpoint, write_checkpoint};
 pub(super) use input_file::memory_limit_bytes;
 pub use input_file::read_text;
-pub use manifest::{Replace, TIMINGS, files_of_run};
+pub use manifest::{Replace, TIMINGS, files_of_run, is_of_a_run};
 pub use provenance::Provenance;
 pub use record_log::RecordLog;
 pub use run_file::RunFile;

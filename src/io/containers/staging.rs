@@ -70,7 +70,8 @@ impl Staging {
         remove_free_lock(final_dir);
         sweep_files(final_dir);
         let former = Manifest::of_folder(final_dir);
-        names.iter().try_for_each(|name| {
+        let manifest = Some(&MANIFEST).filter(|_| replace != Replace::Beside);
+        names.iter().chain(manifest).try_for_each(|name| {
             check_target(&target_in(final_dir, Path::new(name)))?;
             check_replaceable(final_dir, name, &former, replace)
         })?;

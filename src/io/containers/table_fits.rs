@@ -38,6 +38,9 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
     let mut columns = Vec::with_capacity(table.columns.len());
     for (i, column) in table.columns.iter().enumerate() {
         let size = column.format.byte_size();
+        for name in ["TSCAL", "TZERO", "TNULL"] {
+            fits::number(path, &unit.header, &format!("{name}{}", i + 1))?; // fitskit passes over what is no number
+        }
         let null = unit.header.get_int(&format!("TNULL{}", i + 1));
         let cells = table.main_data.chunks_exact(width.max(1)).map(|row| &row[offset..offset + size]);
         let values = decode(column, null, cells)
@@ -190,6 +193,23 @@ mod tests {
         assert_eq!(read(&path, "points").unwrap().columns(), sample().columns(), "the only table is taken");
         let (_second, again) = written(&sample());
         assert!(std::fs::read(&path).unwrap() == std::fs::read(again).unwrap());
+    }
+
+    #[test]
+    fn a_scale_that_is_no_number_is_refused() {
+        let (_folder, path) = written(&sample());
+        let sound = std::fs::read(&path).unwrap();
+        let card = (0..sound.len()).step_by(80).find(|at| sound[*at..].starts_with(b"TUNIT2")).unwrap();
+        for name in ["TSCAL2", "TZERO2", "TNULL2"] {
+            let mut damaged = sound.clone();
+            damaged[card..card + 80].copy_from_slice(format!("{name}  = {:<70}", "'0.01'").as_bytes());
+            std::fs::write(&path, damaged).unwrap();
+            assert!(
+                fault(&path).contains(&format!("keyword {name} is '0.01', but must be a finite number")),
+                "{}",
+                fault(&path)
+            );
+        }
     }
 
     #[test]

@@ -51,6 +51,15 @@ pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<T
         Place::Root => TableInHdf5::Columns(datasets),
         Place::Group(group) => {
             let (groups, members) = reading::members(path, group)?;
+            let attributes = group.attributes().map_err(|error| reading::damaged(path, &error))?;
+            if let Some(unit) = attributes.iter().find(|attribute| is_unit(&attribute.name)) {
+                let problem = format!(
+                    "/{} has the attribute {}, but must state units dataset by dataset, each its own",
+                    group.name(),
+                    unit.name
+                );
+                return Err(Error::file(FileFault::Content, path, problem));
+            }
             match members.as_slice() {
                 [] if !groups.is_empty() => {
                     let names: Vec<&str> = groups.iter().map(Group::name).collect();
@@ -65,8 +74,8 @@ pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<T
         }
     };
     match &found {
-        TableInHdf5::Columns(datasets) => datasets.iter().try_for_each(|d| check_one_dimension(path, d))?,
-        TableInHdf5::Records(records, _) => check_one_dimension(path, records)?,
+        TableInHdf5::Columns(datasets) => datasets.iter().try_for_each(|d| check_plain(path, d))?,
+        TableInHdf5::Records(records, _) => check_plain(path, records)?,
     }
     Ok(found)
 }
@@ -177,10 +186,37 @@ fn check_one_dimension(path: &Path, dataset: &Dataset) -> Result<()> {
     Err(Error::table(path, format!("column {}", dataset.name()), problem))
 }
 
+fn is_unit(attribute: &str) -> bool {
+    ["unit", "units"].iter().any(|unit| attribute.eq_ignore_ascii_case(unit))
+}
+
+/// Refuses values of several dimensions, and those that are packed by a rule of netCDF, which its readers undo: a factor, an
+/// offset, a number that stands for none.
+fn check_plain(path: &Path, dataset: &Dataset) -> Result<()> {
+    check_one_dimension(path, dataset)?;
+    for attribute in dataset.attributes() {
+        let allowed = match attribute.name.as_str() {
+            "scale_factor" => [1.0, 1.0],
+            "add_offset" => [0.0, 0.0],
+            "_FillValue" | "missing_value" => [f64::NAN, f64::NEG_INFINITY],
+            _ => continue,
+        };
+        let value = attribute.read_as_f64().ok();
+        if value.is_none_or(|value| !value.is_nan() && !allowed.contains(&value)) {
+            let value = value.map_or_else(|| "no number".into(), |value| value.to_string());
+            let problem = format!(
+                "has the attribute {} ({value}): packed by netCDF's rules, which are not followed; write the values themselves",
+                attribute.name
+            );
+            return Err(Error::table(path, format!("column {}", dataset.name()), problem));
+        }
+    }
+    Ok(())
+}
+
 /// What the attributes `unit` and `units` say, without what is said twice.
 fn stated_units(path: &Path, dataset: &Dataset) -> Result<Vec<String>> {
     let attributes = dataset.attributes();
-    let is_unit = |name: &str| ["unit", "units"].iter().any(|unit| name.eq_ignore_ascii_case(unit));
     let mut stated: Vec<Vec<String>> = Vec::new();
     for attribute in attributes.iter().filter(|attribute| is_unit(&attribute.name)) {
         let texts = reading::attribute_texts(path, attribute)?;
@@ -254,6 +290,40 @@ mod tests {
         write(&sample(), &path, "haloes", &provenance()).unwrap();
         assert_eq!(read(&path, "haloes").unwrap().columns(), sample().columns());
         assert_eq!(read(&path, "points").unwrap().columns(), sample().columns(), "the only group is taken");
+    }
+
+    #[test]
+    fn values_packed_by_rules_of_netcdf_and_units_of_a_whole_group_are_refused() {
+        for (attribute, value, is_read) in [
+            ("scale_factor", 10.0, false),
+            ("scale_factor", 1.0, true),
+            ("add_offset", 3.0, false),
+            ("add_offset", 0.0, true),
+            ("_FillValue", -9999.0, false),
+            ("_FillValue", f64::NAN, true),
+            ("missing_value", -9999.0, false),
+        ] {
+            let (_folder, path) = foreign(&[("haloes/z", &[0.5])]);
+            let file = hdf5::File::open_rw(&path).unwrap();
+            let dataset = file.dataset("haloes/z").unwrap();
+            dataset.new_attr::<f64>().create(attribute).unwrap().write_scalar(&value).unwrap();
+            drop((dataset, file));
+            assert_eq!(read(&path, "haloes").is_ok(), is_read, "{attribute} = {value}");
+            if !is_read {
+                assert!(
+                    fault(&path).contains(&format!("column z: has the attribute {attribute} ({value})")),
+                    "{}",
+                    fault(&path)
+                );
+            }
+        }
+        let (_folder, path) = foreign(&[("haloes/z", &[0.5])]);
+        let file = hdf5::File::open_rw(&path).unwrap();
+        file.group("haloes").unwrap().new_attr::<i32>().create("units").unwrap().write_scalar(&1).unwrap();
+        drop(file);
+        assert!(
+            fault(&path).contains("/haloes has the attribute units, but must state units dataset by dataset")
+        );
     }
 
     #[test]

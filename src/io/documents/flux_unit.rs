@@ -44,7 +44,7 @@ pub(super) fn check(path: &Path, header: &Header) -> Result<()> {
         let time = time.map(|time| format!(" (EXPTIME = {time} s)")).unwrap_or_default();
         steps.push(format!("divide by the exposure time{time}"));
     }
-    let what_to_do = if steps.is_empty() { "divide by gain and time".into() } else { steps.join(", ") };
+    let what_to_do = if steps.is_empty() { "convert the pixels".into() } else { steps.join(", ") };
     let problem = format!("BUNIT is '{unit}', but must be 'electron/s': {what_to_do}");
     Err(Error::file(FileFault::Content, path, problem))
 }
@@ -94,7 +94,7 @@ mod tests {
             ),
             ("count/s", "multiply by the electrons per count (CCDGAIN = 1.5)"),
             ("cps", "multiply by the electrons per count (CCDGAIN = 1.5)"),
-            ("MJy/sr", "divide by gain and time"),
+            ("MJy/sr", "convert the pixels"),
         ] {
             let found = fault(unit, &[("CCDGAIN", 1.5), ("EXPTIME", 2000.0)]).unwrap();
             assert!(

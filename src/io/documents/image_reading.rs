@@ -18,9 +18,11 @@ const HELPERS: [&str; 22] = [
 ];
 /// Keywords of a primary header that describe its own data or the file, and hold for no extension.
 const NOT_INHERITED: [&str; 12] = [
-    "SIMPLE", "BITPIX", "EXTEND", "BLANK", "BSCALE", "BZERO", "BUNIT", "PCOUNT", "GCOUNT", "CHECKSUM",
-    "DATASUM", "EXTNAME",
+    "SIMPLE", "BITPIX", "EXTEND", "BLANK", "BSCALE", "BZERO", "PCOUNT", "GCOUNT", "CHECKSUM", "DATASUM",
+    "EXTNAME", UNIT,
 ];
+/// The unit of the pixels: that of a primary header without pixels is meant for the extensions.
+const UNIT: &str = "BUNIT";
 
 impl ImageFile {
     /// Reads an image, packed (`.gz`, tile-compressed) or not: the extension SCI, else the primary image, else the only
@@ -113,7 +115,9 @@ fn header_of(path: &Path, unit: &Hdu, primary: &Hdu) -> Result<Header> {
     let mut taken = Vec::new();
     for keyword in primary.header.iter().filter(|keyword| keyword.value.is_some()) {
         let own = keyword.name.as_str();
+        let is_for_others = own == UNIT && matches!(primary.data, HduData::Empty);
         let holds = match stated {
+            None | Some(true) if is_for_others => true,
             Some(true) => !NOT_INHERITED.contains(&own) && !own.starts_with("NAXIS"),
             Some(false) => false,
             None => exposure.contains(&own),
@@ -226,8 +230,17 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
         );
     }
     let (data, nx, ny) = pixels(path, unit, "PSF")?;
-    match data.iter().find(|value| !value.is_finite()) {
-        Some(value) => fault(format!("PSF holds {value}; finite numbers only")),
-        None => Ok(PsfKernel { data, nx, ny, oversampling: whole as usize }),
+    if let Some(value) = data.iter().find(|value| !value.is_finite()) {
+        return fault(format!("PSF holds {value}; finite numbers only"));
     }
+    let total: f64 = data.iter().sum();
+    let negative: Vec<f64> = data.iter().copied().filter(|value| *value < 0.0).collect();
+    if total > 0.0 && !negative.is_empty() {
+        let (count, part) = (negative.len(), negative.iter().sum::<f64>() / total);
+        log::info!(
+            "{}: {count} pixels of the PSF are negative, {part:.2e} of its sum; they are used as they are",
+            path.display()
+        );
+    }
+    Ok(PsfKernel { data, nx, ny, oversampling: whole as usize })
 }

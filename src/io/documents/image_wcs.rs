@@ -47,9 +47,9 @@ pub(super) fn push_wcs(header: &mut Header, nx: usize, ny: usize, pixel_scale_ar
 pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<Option<f64>> {
     let fault = |problem: String| Err(Error::file(FileFault::Content, path, problem));
     let mut stated: Vec<(&str, f64)> = Vec::new();
-    for (name, matrix) in
-        [("CDi_j", cd_matrix(path, header)?), ("PCi_j and CDELTi", pc_matrix(path, header)?)]
-    {
+    let has_pc = matrix(path, header, "PC", 1.0)?.is_some();
+    let by_steps = if has_pc { "PCi_j and CDELTi" } else { "CDELTi" };
+    for (name, matrix) in [("CDi_j", cd_matrix(path, header)?), (by_steps, pc_matrix(path, header)?)] {
         let Some([[a, b], [c, d]]) = matrix else { continue };
         let (x, y) = (a.hypot(c), b.hypot(d));
         if (x - y).abs() > SQUARE_TOLERANCE * x.max(y) {
@@ -103,6 +103,15 @@ fn cd_matrix(path: &Path, header: &Header) -> Result<Option<Matrix>> {
 fn pc_matrix(path: &Path, header: &Header) -> Result<Option<Matrix>> {
     let pc = matrix(path, header, "PC", 1.0)?;
     let steps = [fits::number(path, header, "CDELT1")?, fits::number(path, header, "CDELT2")?];
+    // What programs write that know no places of the pixels: the standard's values for what is left out.
+    let is_empty = |name: &&str| header.get_string(name).is_none_or(|text| text.trim().is_empty());
+    let is_identity = pc.is_none_or(|pc| pc == [[1.0, 0.0], [0.0, 1.0]]);
+    if is_identity
+        && steps.iter().all(|step| step.is_none_or(|step| step == 1.0))
+        && ["CTYPE1", "CTYPE2", "CUNIT1", "CUNIT2"].iter().all(is_empty)
+    {
+        return Ok(None);
+    }
     let (pc, [x, y]) = match (pc, steps) {
         (Some(pc), steps) => (pc, steps.map(|step| step.unwrap_or(1.0))),
         (None, [Some(x), Some(y)]) if matrix(path, header, "CD", 0.0)?.is_none() => {
@@ -169,6 +178,17 @@ mod tests {
             header.set(name, HeaderValue::String(unit.into()), None);
         }
         pixel_scale_arcsec(Path::new("i.fits"), &header).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn steps_of_one_without_a_unit_or_a_kind_of_axis_state_no_scale() {
+        let ones = [("CDELT1", 1.0), ("CDELT2", 1.0)];
+        assert_eq!(scale(&ones, ""), Ok(None));
+        assert_eq!(scale(&[("PC1_1", 1.0), ("PC2_2", 1.0)], ""), Ok(None));
+        assert_eq!(scale(&[ones[0], ones[1], ("PIXSCALE", 0.1)], ""), Ok(Some(0.1)));
+        assert_eq!(scale(&ones, "arcsec"), Ok(Some(1.0)));
+        let error = scale(&[("CDELT1", 0.1), ("CDELT2", 0.1), ("PIXSCALE", 0.1)], "").unwrap_err();
+        assert!(error.contains("360 arcsec by CDELTi and 0.1 arcsec by PIXSCALE"), "{error}");
     }
 
     #[test]

@@ -18,7 +18,7 @@ const LARGEST_TRUNCATION_SIGMA: f64 = 40.0;
 ///
 /// # Errors
 /// Those of [`ImageFile::read`]; keywords that are missing, contradict one another or lie outside their domain; a PSF
-/// kernel that is not normalised to 1e-3 or has negative pixels; an image that is not square.
+/// kernel that is not normalised to 1e-3; an image that is not square.
 pub fn read_observation(path: &Path) -> Result<(Observation, ExposureKeywords)> {
     let read = || {
         let image = ImageFile::read(path)?;
