@@ -154,6 +154,24 @@ pub struct ImageConfig {
 }
 
 impl Config {
+    /// Refuses haloes of the user's own where they are drawn.
+    ///
+    /// # Errors
+    /// A halo table or a light cone.
+    pub fn check_draws(&self) -> Result<()> {
+        let readers = |also: &str| {
+            format!("left out: this command draws its haloes; simulate, populate, map, image{also} read them")
+        };
+        if let Some(path) = &self.haloes.catalogue {
+            return Err(Error::out_of_range("haloes.catalogue", path.display(), &readers("")));
+        }
+        if self.haloes.lightcone.is_some() {
+            let allowed = readers(", ensemble and extract");
+            return Err(Error::out_of_range("haloes.lightcone", "given", &allowed));
+        }
+        Ok(())
+    }
+
     /// Checks every number; names are dotted key paths so that [`super::load`] can add the line.
     ///
     /// # Errors

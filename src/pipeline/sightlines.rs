@@ -66,21 +66,6 @@ pub fn populate(
     }
 }
 
-/// Refuses haloes of the user's own where they are drawn.
-pub(in crate::pipeline) fn check_drawn(config: &Config) -> Result<()> {
-    let readers = |also: &str| {
-        format!("left out: this command draws its haloes; simulate, populate, map, image{also} read them")
-    };
-    if let Some(path) = &config.haloes.catalogue {
-        return Err(Error::out_of_range("haloes.catalogue", path.display(), &readers("")));
-    }
-    if config.haloes.lightcone.is_some() {
-        let allowed = readers(", ensemble and extract");
-        return Err(Error::out_of_range("haloes.lightcone", "given", &allowed));
-    }
-    Ok(())
-}
-
 impl Sightlines {
     /// Builds the tables of `config`.
     ///
@@ -178,7 +163,7 @@ impl Sightlines {
         if let Some(imported) = &self.imported {
             return self.take(imported(number, self.config.line_of_sight.z_source)?);
         }
-        check_drawn(&self.config)?;
+        self.config.check_draws()?;
         let expected = self.expected()?;
         let population = &self.population;
         let (name, units) = match self.config.haloes.draw {

@@ -10,7 +10,6 @@ use crate::error::{Error, Result};
 use crate::imaging::Psf;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::mapping::tidal::LineOfSightKind;
-use crate::pipeline::sightlines::check_drawn;
 
 /// How γ_LOS and its errors are taken from a posterior.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -128,7 +127,7 @@ impl ValidityPlan {
         is_there("starts", self.starts.iter().map(ToString::to_string).collect())?;
         is_there("cases", self.cases.iter().map(|case| case.name.clone()).collect())?;
         is_there("models", self.models.clone())?;
-        self.cases.iter().try_for_each(|case| check_drawn(&case.config))?;
+        self.cases.iter().try_for_each(|case| case.config.check_draws())?;
         for name in &self.models {
             let description = ModelDescription::built_in(name)?;
             let has_shear = description.line_of_sight.model != LineOfSightKind::Haloes && {
