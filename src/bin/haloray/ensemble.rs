@@ -126,12 +126,13 @@ pub fn computed(
 ) -> Result<SightlineStore> {
     let path = store_beside(output);
     bars.keeps("the sightlines that have ended", &path);
-    let identity = plan.identity(&with_named_files(&plan.config, &provenance.config_toml));
+    let psf = psf(&plan.config)?;
+    let identity = plan.identity(&with_named_files(&plan.config, &psf, &provenance.config_toml));
     let (store, replaced) = SightlineStore::open(&path, &identity, numbers.clone())?;
     if let Some(why) = replaced {
         warn(format_args!("{}: the saved state is {why}; the work begins anew", path.display()));
     }
-    compute(plan, numbers, &psf(&plan.config)?, &store, bars)?;
+    compute(plan, numbers, &psf, &store, bars)?;
     Ok(store)
 }
 

@@ -235,22 +235,16 @@ pub fn provenance(config: &Config, sightline: u64) -> Result<Provenance> {
     Ok(Provenance::new(Some(config.seed), told + &text))
 }
 
-/// A configuration with what identifies the files that it names, by which unfinished work is known again: a hash of a kernel
-/// and a halo table, the size and the time of the last change of a light cone's files, which may be a hundred gigabytes.
-pub fn with_named_files(config: &Config, config_toml: &str) -> String {
-    let small = [&config.instrument.psf_file, &config.haloes.catalogue];
-    let content = |path: &PathBuf| std::fs::read(path).ok().map(|bytes| (path.clone(), hash(&bytes)));
-    let contents: Vec<_> = small.into_iter().flatten().map(content).collect();
+/// A configuration with what identifies the PSF and the light cone that it names, by which unfinished work is known again: a
+/// hash of the kernel, the size and the time of the last change of the cone's files, which may be a hundred gigabytes.
+pub fn with_named_files(config: &Config, psf: &Psf, config_toml: &str) -> String {
     let change = |path: &PathBuf| {
         let metadata = std::fs::metadata(path).ok()?;
         Some((path.clone(), metadata.len(), metadata.modified().ok()))
     };
     let cone = config.haloes.lightcone.iter().flat_map(|cone| &cone.files);
     let changes: Vec<_> = cone.map(change).collect();
-    match contents.is_empty() && changes.is_empty() {
-        true => config_toml.into(),
-        false => format!("{config_toml}\n{contents:?}\n{changes:?}"),
-    }
+    format!("{config_toml}\n{:016x}\n{changes:?}", hash(format!("{psf:?}").as_bytes()))
 }
 
 /// Refuses a halo table of the user's own where many lines of sight are wanted.
@@ -310,4 +304,25 @@ fn kernel(path: &Path, pixel_scale_arcsec: f64) -> Result<Psf> {
         Ok(psf)
     };
     read().map_err(|error: Error| error.in_file(FileFault::PsfKernel, path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unfinished_work_is_known_by_its_kernel_and_its_light_cone() {
+        let folder = tempfile::tempdir().unwrap();
+        let cone = folder.path().join("cone.csv");
+        let text = format!("[haloes.lightcone]\nfiles = [{:?}]\n", cone.display().to_string());
+        std::fs::write(folder.path().join("my.toml"), text).unwrap();
+        let config = config::load(config::Preset::Paper, Some(&folder.path().join("my.toml"))).unwrap();
+        let kernel = |weight: f64| Psf::kernel(3, 3, [vec![weight], vec![1.0; 8]].concat(), 1).unwrap();
+        std::fs::write(&cone, "z\n").unwrap();
+        let before = with_named_files(&config, &kernel(1.0), "");
+        assert_eq!(with_named_files(&config, &kernel(1.0), ""), before);
+        assert_ne!(with_named_files(&config, &kernel(2.0), ""), before);
+        std::fs::write(&cone, "z\n1\n").unwrap();
+        assert_ne!(with_named_files(&config, &kernel(1.0), ""), before);
+    }
 }

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use haloray::config::Config;
 use haloray::io::RAYS_GROUP;
 use haloray::pipeline::{
     Estimate, FitStart, SeenHaloes, ValidityCase, ValidityPlan, ValiditySummary, validity,
@@ -81,9 +80,10 @@ const FILES: [&str; 4] = ["validity.csv", "validity.h5", "summary.json", "result
 pub fn run(args: &ValidityArgs, bars: &Bars) -> Result<()> {
     let plan = args.plan()?;
     plan.validate()?;
-    let identified = |config: &Config| Ok(with_named_files(config, &provenance(config, 0)?.config_toml));
-    let configurations: Vec<String> =
-        plan.cases.iter().map(|case| identified(&case.config)).collect::<Result<_>>()?;
+    let identified = |case: &ValidityCase| {
+        Ok(with_named_files(&case.config, &case.psf, &provenance(&case.config, 0)?.config_toml))
+    };
+    let configurations: Vec<String> = plan.cases.iter().map(identified).collect::<Result<_>>()?;
     let provenance = provenance(&plan.cases[0].config, 0)?;
     let staging = begin(&args.output, &FILES, bars)?;
     let saved = SavedRows::beside(&args.output, plan.identity(&configurations), bars)?;

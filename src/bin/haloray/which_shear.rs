@@ -43,7 +43,7 @@ pub fn run(args: &WhichShearArgs, bars: &Bars) -> Result<()> {
     let (psf, provenance) = (psf(&config)?, provenance(&config, 0)?);
     let staging =
         begin(&args.output, &["which_shear.csv", "which_shear.svg", "which_shear.png", "result.md"], bars)?;
-    let configuration = with_named_files(&config, &provenance.config_toml);
+    let configuration = with_named_files(&config, &psf, &provenance.config_toml);
     let command = format!("study which-shear, {}\n{configuration}", args.model);
     let saved = SavedRows::beside(&args.output, command, bars)?;
     let rows = which_shear(&config, &psf, &args.model, args.number, &saved, bars)?;

@@ -246,7 +246,6 @@ mod tests {
             "{ uniform = [0.3] }",
         ] {
             let error = with(prior).unwrap_err().to_string();
-            println!("{prior}: {error}");
             assert!(error.contains("uniform"), "{prior}: {error}");
         }
     }

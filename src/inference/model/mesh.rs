@@ -49,7 +49,7 @@ impl Mesh {
         brightness: impl Fn(&[[f64; 2]]) -> Result<Vec<Vec<f64>>>,
     ) -> Result<Self> {
         const DEEPEST: i32 = 10;
-        /// Cells of one depth whose samples fit into a gigabyte; images of their noise need a hundredth.
+        /// Cells of one depth whose samples fit into a gigabyte.
         const MOST_CELLS: usize = 500_000;
         /// Half the distance of the two Gauss–Legendre nodes in units of the cell.
         const NODE: f64 = 0.288_675_134_594_812_9;

@@ -244,3 +244,29 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
     }
     Ok(PsfKernel { data, nx, ny, oversampling: whole as usize })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fitskit::{HeaderValue, ImageData};
+
+    #[test]
+    fn a_unit_in_a_primary_header_without_pixels_is_that_of_the_extensions() {
+        let pixels = || HduData::Image(ImageData::new(vec![1, 1], PixelData::F64(vec![1.0])));
+        let unit_with = |inherit: Option<bool>, primary: HduData| {
+            let mut outer = Header::new();
+            outer.set("BUNIT", HeaderValue::String("counts".into()), None);
+            let mut own = Header::new();
+            if let Some(inherit) = inherit {
+                own.set("INHERIT", HeaderValue::Logical(inherit), None);
+            }
+            let header = header_of(Path::new("i.fits"), &Hdu::new(own, pixels()), &Hdu::new(outer, primary));
+            header.unwrap().get_string("BUNIT").map(str::to_owned)
+        };
+        let counts = Some("counts".to_owned());
+        assert_eq!(unit_with(Some(true), HduData::Empty), counts);
+        assert_eq!(unit_with(None, HduData::Empty), counts);
+        assert_eq!(unit_with(Some(false), HduData::Empty), None);
+        assert_eq!(unit_with(None, pixels()), None);
+    }
+}
