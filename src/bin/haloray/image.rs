@@ -13,7 +13,7 @@ use crate::bars::Bars;
 use crate::output::{Output, commit, print_files};
 use crate::record::{configured, option};
 use crate::settings::{Sight, imported_haloes, provenance, psf};
-use crate::sheets::tell_sheets;
+use crate::sheets::{kappa_of_sheets, tell_sheets};
 use crate::summary::print_accuracy;
 
 /// Image the lens and source of the configuration through its haloes.
@@ -53,7 +53,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
 
     let haloes = pipeline::populate(&config, imported, args.sight.sightline(), bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
-    tell_sheets(&config, &haloes, bars)?;
+    let kappa_of_sheets = kappa_of_sheets(&config, &haloes)?;
     let shapes = LensAndSource::resolve(&config, args.sight.sightline());
     bars.begin("image", None);
     let view =
@@ -80,6 +80,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             commit(staging)?
         }
     };
+    tell_sheets(&config, &kappa_of_sheets, bars);
     print_accuracy(&view.accuracy, bars);
     print_files(&files, bars);
     Ok(())

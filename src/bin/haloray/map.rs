@@ -11,7 +11,7 @@ use crate::bars::Bars;
 use crate::output::{Output, commit, print_files};
 use crate::record::{configured, option};
 use crate::settings::{Sight, imported_haloes, provenance};
-use crate::sheets::tell_sheets;
+use crate::sheets::{kappa_of_sheets, tell_sheets};
 use crate::summary::print_accuracy;
 
 /// Map κ, γ1, γ2, ω, |F|, |G| and Δ of the haloes on a grid (main lens excluded).
@@ -53,6 +53,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
 
     let haloes = pipeline::populate(&config, imported, args.sight.sightline(), bars)?;
     let sight = line_of_sight(&config, &haloes, &haloes.catalogue)?;
+    let kappa_of_sheets = kappa_of_sheets(&config, &haloes)?;
     let (maps, accuracy) = pipeline::maps(&config, &sight, bars)?;
     let curves = config.diagnostics.critical_curves.then(|| {
         bars.stage("critical curves", || {
@@ -83,7 +84,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
             commit(staging)?
         }
     };
-    tell_sheets(&config, &haloes, bars)?;
+    tell_sheets(&config, &kappa_of_sheets, bars);
     print_accuracy(&accuracy, bars);
     print_files(&files, bars);
     Ok(())

@@ -30,13 +30,20 @@ pub fn tell(sheets: &str, kappa: &[f64], bars: &Bars) {
     }
 }
 
-/// The sheets of a configured line of sight.
-pub fn tell_sheets(config: &Config, haloes: &Haloes, bars: &Bars) -> Result<()> {
+/// The convergence of each halo where its sheet is taken, on a configured line of sight with sheets on the axis; none else.
+pub fn kappa_of_sheets(config: &Config, haloes: &Haloes) -> Result<Vec<f64>> {
     match config.line_of_sight.sheets {
-        SheetModel::OnAxis => tell("on-axis", &haloes.effects(config)?.decisive(config).kappa, bars),
-        SheetModel::None => tell("none", &[], bars),
+        SheetModel::OnAxis => Ok(haloes.effects(config)?.decisive(config).kappa.clone()),
+        _ => Ok(Vec::new()),
+    }
+}
+
+/// The sheets of a configured line of sight, with [`kappa_of_sheets`].
+pub fn tell_sheets(config: &Config, kappa: &[f64], bars: &Bars) {
+    match config.line_of_sight.sheets {
+        SheetModel::OnAxis => tell("on-axis", kappa, bars),
+        SheetModel::None => tell("none", kappa, bars),
         _ if !bars.is_quiet() => print("sheets: mean-density\n"),
         _ => {}
     }
-    Ok(())
 }
