@@ -6,7 +6,8 @@ mod documents;
 pub(crate) use containers::shell_word;
 pub use containers::{
     AttributeValue, Column, FigureFiles, Provenance, RecordLog, Replace, RunFile, RunFileReader, Saved,
-    Staging, TIMINGS, Table, Values, check_writable, files_of_run, folders_written_to, hash, is_of_a_run,
-    read_checkpoint, read_text, remove_temporaries, write_atomically, write_checkpoint, write_text,
+    Staging, TIMINGS, Table, Values, check_own, check_writable, files_of_run, folders_written_to, hash,
+    is_of_a_run, read_checkpoint, read_text, remove_temporaries, write_atomically, write_checkpoint,
+    write_text,
 };
 pub use documents::*;

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::constants::ARCSEC_RAD;
 use crate::error::{Domain, Error, Result};
 
 /// A parameter of a profile, or a number of a model of the line of sight.
@@ -73,6 +74,8 @@ pub enum Guess {
 }
 
 const ARCSEC: &str = "arcsec";
+/// The most that an Einstein radius may be: a radian. No plane stands for more of the sky, and in A = 1 − ∂α of 1e20 the 1 is lost.
+pub(crate) const RADIAN_ARCSEC: f64 = 1.0 / ARCSEC_RAD;
 
 impl Parameter {
     /// A finite number without unit that must be given, guessed from its prior; what a parameter is unless it says otherwise.
@@ -98,7 +101,7 @@ impl Parameter {
     pub(crate) const EINSTEIN_RADIUS: Self = Self {
         name: "theta_E",
         label: "θ_{E}",
-        domain: Domain::NON_NEGATIVE,
+        domain: Domain::from_to(0.0, RADIAN_ARCSEC),
         usual_prior: PriorShape::Uniform([0.01, 10.0]),
         guess: Guess::EinsteinRadius,
         ..Self::RADIUS

@@ -322,6 +322,16 @@ fn options_outside_their_domain_are_refused_by_name() {
 }
 
 #[test]
+fn a_file_of_the_users_own_is_replaced_on_request_alone() {
+    let folder = folder();
+    fs::write(folder.path("rays.csv"), "my notes").unwrap();
+    let wanted = "cannot write to rays.csv: it is there already, and haloray did not write it; give another name, or --overwrite";
+    refuses(&folder, TRACE, &[wanted]);
+    assert!(folder.haloray(&format!("{TRACE} --overwrite")).status.success());
+    assert!(folder.haloray(TRACE).status.success(), "its own file is replaced");
+}
+
+#[test]
 fn outputs_that_cannot_be_written_are_refused_before_any_work() {
     let folder = folder();
     fs::create_dir(folder.path("taken.csv")).unwrap();

@@ -22,9 +22,9 @@ fn a_full_disk_fails_the_run_and_keeps_the_former_files() {
     ]);
     for (command, written) in [
         ("populate -o haloes.csv", "haloes.csv"),
-        ("populate -o old.csv", "old.csv"),
+        ("populate -o old.csv --overwrite", "old.csv"),
         ("populate -o haloes.fits", "haloes.fits"),
-        ("populate -o old.h5", "old.h5"),
+        ("populate -o old.h5 --overwrite", "old.h5"),
         ("simulate my.toml -o run", "run/run.h5"),
         ("map quick.toml --grid-points 61 -o maps", "maps/maps.h5"),
         ("map quick.toml --grid-points 61 -o maps.h5", "maps.h5"),

@@ -162,8 +162,7 @@ fn a_trace_ends_at_once_and_keeps_the_former_table() {
         (0..400_000).map(|i| format!("{},{}\n", f64::from(i % 1000) / 500.0, i / 1000)).collect();
     fs::write(folder.path("points.csv"), format!("theta_x_arcsec,theta_y_arcsec\n{rows}")).unwrap();
     let before = folder.files();
-    let arguments =
-        "trace --haloes haloes.h5 --points points.csv --z-source 1.5 --accuracy exact -o rays.csv";
+    let arguments = "trace --haloes haloes.h5 --points points.csv --z-source 1.5 --accuracy exact -o rays.csv --overwrite";
     let start = Instant::now();
     let output = stop(&folder, arguments, "-INT", || start.elapsed() > Duration::from_millis(1500));
     check(&output, 130, arguments, &["stopped by Ctrl-C", "kept: nothing"]);

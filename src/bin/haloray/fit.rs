@@ -332,7 +332,12 @@ pub fn fingerprint(path: &Path) -> Result<String> {
 pub fn description(model: &str) -> Result<ModelDescription> {
     let path = Path::new(model);
     if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
-        return ModelDescription::built_in(model);
+        return ModelDescription::built_in(model).map_err(|error| match error {
+            Error::ModelName { name, allowed } => {
+                Error::ModelName { name, allowed: allowed + ", or a file ending in .toml" }
+            }
+            other => other,
+        });
     }
     let text = read_text(path)?;
     ModelDescription::parse(&text)

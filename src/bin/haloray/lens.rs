@@ -7,7 +7,8 @@ use haloray::io::{Column, Provenance, RAYS_GROUP, Table, read_lens_model, read_p
 use haloray::mapping::Order;
 
 use crate::bars::Bars;
-use crate::settings::{Cosmology, check_not_an_input};
+use crate::output::check_file;
+use crate::settings::Cosmology;
 
 /// Evaluate a lens model in lenstronomy's own form at points.
 ///
@@ -35,7 +36,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let model = read_lens_model(&args.model, &args.cosmology.background()?)?;
     let points = read_points(&args.points)?;
     Table::check_target(&args.output)?;
-    check_not_an_input(&args.output, &[Some(&args.model), Some(&args.points)])?;
+    check_file(&args.output, &[Some(&args.model), Some(&args.points)], bars)?;
     for warning in &model.warnings {
         crate::terminal::warn(warning);
     }

@@ -85,7 +85,7 @@ struct Cli {
     /// As what figures are written; pages show SVGs, or PNGs where there are none.
     #[arg(long, global = true, display_order = 904, value_delimiter = ',', default_value = "svg,png")]
     format: Vec<FigureFormat>,
-    /// Replace files in the output folder that no earlier run wrote there, or that were changed since.
+    /// Replace files that haloray did not write, and files of an earlier run that were changed since.
     #[arg(long, global = true, display_order = 902)]
     overwrite: bool,
 }

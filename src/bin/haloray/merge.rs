@@ -8,8 +8,7 @@ use haloray::report::{SIGHTLINES_FILE, write_ensemble};
 
 use crate::bars::Bars;
 use crate::ensemble::tell;
-use crate::output::{begin, commit};
-use crate::settings::check_not_an_input;
+use crate::output::{begin, check_not_an_input, commit};
 use crate::terminal::warn;
 
 /// Put the shards of an ensemble together: the bytes of one process that had computed all of it.

@@ -1,15 +1,15 @@
 //! Where a command that makes a folder, or on request one file of it, puts its results.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use haloray::error::FileFault;
-use haloray::io::{Column, Replace, Staging, Table, Values, check_writable, plain_name};
+use haloray::io::{Column, Replace, Staging, Table, Values, check_own, check_writable, plain_name};
 use haloray::report::{PAGE_FILE, RunRecord, stage_page, stage_text};
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::settings::check_not_an_input;
 
 /// A folder of results, or the one file that stands for it.
 pub enum Output {
@@ -38,7 +38,7 @@ impl Output {
             path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
         if file_extensions.contains(&extension.as_str()) {
             check_writable(path)?;
-            check_not_an_input(path, inputs)?;
+            check_file(path, inputs, bars)?;
             return Ok(Self::File(path.into()));
         }
         if FILES.contains(&extension.as_str()) && !path.is_dir() {
@@ -47,6 +47,22 @@ impl Output {
         }
         Ok(Self::Folder(begin(path, names, bars)?))
     }
+}
+
+/// Refuses to replace one of the files that the command reads, and a user's own unless `--overwrite` is given.
+pub fn check_file(output: &Path, inputs: &[Option<&Path>], bars: &Bars) -> Result<()> {
+    check_not_an_input(output, inputs)?;
+    if bars.overwrites() { Ok(()) } else { check_own(output) }
+}
+
+/// Refuses to replace one of the files that the command reads.
+pub fn check_not_an_input(output: &Path, inputs: &[Option<&Path>]) -> Result<()> {
+    let Ok(target) = output.canonicalize() else { return Ok(()) };
+    if inputs.iter().flatten().any(|input| input.canonicalize().is_ok_and(|input| input == target)) {
+        let source = io::Error::new(io::ErrorKind::AlreadyExists, "it is an input of this command");
+        return Err(Error::OutputPlace { path: output.into(), source });
+    }
+    Ok(())
 }
 
 /// A staged folder for results of those names; a user's own files there are safe unless `--overwrite` is given.

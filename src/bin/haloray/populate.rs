@@ -7,7 +7,8 @@ use haloray::io::{Table, write_haloes};
 use haloray::pipeline;
 
 use crate::bars::Bars;
-use crate::settings::{Settings, Sightline, check_not_an_input, imported_haloes, provenance};
+use crate::output::check_file;
+use crate::settings::{Settings, Sightline, imported_haloes, provenance};
 use crate::summary::counted;
 use haloray::report::grouped;
 
@@ -32,7 +33,7 @@ pub struct Args {
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
     Table::check_target(&args.output)?;
-    check_not_an_input(&args.output, &[config.haloes.catalogue.as_deref(), args.settings.file()])?;
+    check_file(&args.output, &[config.haloes.catalogue.as_deref(), args.settings.file()], bars)?;
     let imported = imported_haloes(&config, args.sightline.number, bars)?;
     let haloes = pipeline::populate(&config, imported, args.sightline.number, bars)?;
     bars.stage("write table", || {

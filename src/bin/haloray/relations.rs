@@ -7,7 +7,8 @@ use haloray::io::{Column, Table};
 use haloray::pipeline::Relations;
 
 use crate::bars::Bars;
-use crate::settings::{Settings, check_not_an_input, provenance};
+use crate::output::check_file;
+use crate::settings::{Settings, provenance};
 
 /// Tabulate the relations of a configuration: z, m200c_msun, sigma, peak_height, dn_dlnm_per_cmpc3, c200c.
 ///
@@ -33,7 +34,7 @@ pub struct Args {
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.settings.resolve()?;
     Table::check_target(&args.output)?;
-    check_not_an_input(&args.output, &[args.settings.file()])?;
+    check_file(&args.output, &[args.settings.file()], bars)?;
     let (low, high) = (config.haloes.mass_min_msun, config.haloes.mass_max_msun);
     let step = (high / low).ln() / f64::from(args.masses - 1);
     let masses: Vec<f64> = (0..args.masses).map(|i| low * (step * f64::from(i)).exp()).collect();

@@ -1,6 +1,5 @@
 //! The arguments that choose a configuration, shared by the subcommands that need one.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -215,16 +214,6 @@ impl Cosmology {
 /// Checks the number of an option.
 pub fn of_option(domain: Domain, option: &str, value: f64, allowed: &str) -> Result<()> {
     domain.check_in_words(option, value, allowed).map(drop).map_err(|error| error.named(option, option))
-}
-
-/// Refuses to replace one of the files that the command reads.
-pub fn check_not_an_input(output: &Path, inputs: &[Option<&Path>]) -> Result<()> {
-    let Ok(target) = output.canonicalize() else { return Ok(()) };
-    if inputs.iter().flatten().any(|input| input.canonicalize().is_ok_and(|input| input == target)) {
-        let source = io::Error::new(io::ErrorKind::AlreadyExists, "it is an input of this command");
-        return Err(Error::OutputPlace { path: output.into(), source });
-    }
-    Ok(())
 }
 
 /// What every output of a configured run of that sightline stores.

@@ -14,7 +14,8 @@ use haloray::mapping::{Mapping, Order};
 use haloray::monitor::Monitor;
 
 use crate::bars::Bars;
-use crate::settings::{Cosmology, check_not_an_input, of_option};
+use crate::output::check_file;
+use crate::settings::{Cosmology, of_option};
 use crate::sheets;
 use crate::summary::{counted, print_accuracy};
 
@@ -88,7 +89,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let haloes = read_haloes(&args.haloes, args.z_source, &background)?;
     let points = read_points(&args.points)?;
     Table::check_target(&args.output)?;
-    check_not_an_input(&args.output, &[Some(&args.haloes), Some(&args.points)])?;
+    check_file(&args.output, &[Some(&args.haloes), Some(&args.points)], bars)?;
     let made_for = read_line_of_sight(&args.haloes);
     let reference = match args.reference {
         Some(ReferenceArg::Bent) => Reference::Bent,

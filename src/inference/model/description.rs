@@ -197,7 +197,7 @@ impl ModelDescription {
     pub fn built_in(name: &str) -> Result<Self> {
         let found = BUILT_IN.iter().find(|(own, _)| *own == name);
         let names = BUILT_IN.map(|(name, _)| name).join(", ");
-        let allowed = format!("one of {names}, or a file ending in .toml");
+        let allowed = format!("one of {names}");
         let (_, text) = found.ok_or_else(|| Error::ModelName { name: name.into(), allowed })?;
         Self::parse(text).map_err(|e| Error::out_of_range("the model", name, &e.to_string()))
     }

@@ -26,11 +26,23 @@ impl Ecsv {
     }
 }
 
-/// The same text with indented comments moved to the start of their lines, where the csv crate looks for them.
+/// True for the line by which spreadsheets tell each other the separator, `sep=;`.
+pub(super) fn states_separator(line: &str) -> bool {
+    let line = line.trim_end_matches(['\r', '\n']);
+    line.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("sep=")) && line.chars().count() == 5
+}
+
+/// The same text with indented comments, and a first line that states the separator, made comments at the start of their
+/// lines, where the csv crate looks for them.
 pub(super) fn flush_comments(text: &str) -> String {
     let mut flushed = String::with_capacity(text.len());
     let mut is_quoted = false;
-    for line in text.split_inclusive('\n') {
+    for (i, line) in text.split_inclusive('\n').enumerate() {
+        if i == 0 && states_separator(line) {
+            flushed.push('#');
+            flushed.push_str(&line[1..]);
+            continue;
+        }
         let rest = line.trim_start_matches([' ', '\t']);
         if !is_quoted && rest.starts_with('#') {
             flushed.push('#');

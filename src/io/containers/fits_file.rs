@@ -5,7 +5,7 @@ use std::path::Path;
 use fitskit::{BinTable, CompressedImage, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
 
 use super::input_file;
-use super::packed_image::{MAX_COUNT, decompress};
+use super::packed_image::{MAX_COUNT, decompress, other_method};
 use super::provenance::Provenance;
 use crate::error::{Error, FileFault, Result};
 
@@ -13,6 +13,8 @@ use crate::error::{Error, FileFault, Result};
 pub(super) const BLOCK_BYTES: usize = 2880;
 /// A header consists of cards of this many bytes.
 pub(super) const CARD_BYTES: usize = 80;
+/// The keyword of what haloray wrote.
+pub(super) const VERSION_KEYWORD: &str = "HALORAY";
 /// Characters of a configuration line on one HISTORY card.
 const HISTORY_WIDTH: usize = 70;
 
@@ -35,8 +37,8 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Hdu>> {
     let mut units = Vec::new();
     let mut rest = bytes.as_slice();
     while !rest.is_empty() {
-        let (unit, length) = read_unit(rest, units.len()).map_err(|problem| {
-            Error::file(FileFault::Damaged, path, format!("HDU {}: {problem}", units.len()))
+        let (unit, length) = read_unit(rest, units.len()).map_err(|Problem { fault, text }| {
+            Error::file(fault, path, format!("HDU {}: {text}", units.len()))
         })?;
         units.push(unit);
         rest = rest.get(length..).unwrap_or_default();
@@ -44,8 +46,26 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Hdu>> {
     Ok(units)
 }
 
+/// What is wrong with a unit: it is damaged, unless another kind is said.
+struct Problem {
+    fault: FileFault,
+    text: String,
+}
+
+impl From<String> for Problem {
+    fn from(text: String) -> Self {
+        Self { fault: FileFault::Damaged, text }
+    }
+}
+
+impl From<&str> for Problem {
+    fn from(text: &str) -> Self {
+        text.to_owned().into()
+    }
+}
+
 /// One unit from the front of `bytes`, and its length with padding.
-fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), String> {
+fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), Problem> {
     let truncated = || String::from("the file is truncated");
     let cards = bytes.chunks_exact(CARD_BYTES);
     let end = cards.take_while(|card| card.trim_ascii_end() != b"END").count() * CARD_BYTES;
@@ -66,7 +86,10 @@ fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), St
         Some("BINTABLE") => {
             let table = BinTable::from_header_and_data(&header, data).map_err(|error| error.to_string())?;
             match CompressedImage::detect(&header) {
-                true => HduData::Image(decompress(&header, &table, data.len())?),
+                true => match other_method(&header) {
+                    Some(text) => return Err(Problem { fault: FileFault::Content, text }),
+                    None => HduData::Image(decompress(&header, &table, data.len())?),
+                },
                 false => HduData::BinTable(table),
             }
         }
@@ -137,7 +160,7 @@ pub(crate) fn push_text(header: &mut Header, name: &str, value: &str, comment: &
 /// Appends the provenance: keywords `HALORAY` (version), `GITREV`, `SEED`, and the configuration
 /// as HISTORY, one card a line; a longer line goes on after a card that ends in `\`.
 pub(crate) fn push_provenance(header: &mut Header, provenance: &Provenance) {
-    push_text(header, "HALORAY", &provenance.version, "version of haloray");
+    push_text(header, VERSION_KEYWORD, &provenance.version, "version of haloray");
     push_text(header, "GITREV", &provenance.git_revision, "git revision of haloray");
     if let Some(seed) = provenance.seed {
         push_number(header, "SEED", &seed.to_string(), "of the random streams");
@@ -177,6 +200,22 @@ pub(crate) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<
                 path,
                 format!("keyword {name} is {value}, but must be a finite number"),
             ))
+        }
+    }
+}
+
+/// The extension of that name, if there is one.
+///
+/// # Errors
+/// [`Error::File`] where there are several: which is meant is not to be guessed.
+pub(crate) fn extension<'a>(path: &Path, units: &'a [Hdu], name: &str) -> Result<Option<&'a Hdu>> {
+    let called: Vec<&Hdu> = units.iter().skip(1).filter(|unit| is_called(unit, name)).collect();
+    match called.as_slice() {
+        [] => Ok(None),
+        [only] => Ok(Some(only)),
+        several => {
+            let problem = format!("has {} extensions called {name}, but may have one", several.len());
+            Err(Error::file(FileFault::Content, path, problem))
         }
     }
 }

@@ -15,18 +15,25 @@ pub(super) const MAX_COUNT: i64 = 999;
 /// The column of packed tiles.
 const TILES: &str = "COMPRESSED_DATA";
 
+/// How the tiles are compressed, as their header says.
+fn method_of(header: &Header) -> &str {
+    header.get_string("ZCMPTYPE").unwrap_or("unknown").trim()
+}
+
+/// What to say of tiles compressed by a method that is not read.
+pub(super) fn other_method(header: &Header) -> Option<String> {
+    let method = method_of(header);
+    (!["RICE_1", "RICE_ONE", "GZIP_1", "GZIP_2", "NOCOMPRESS"].contains(&method)).then(|| {
+        format!("is compressed by {method}; RICE_1, GZIP_1 and GZIP_2 are read, funpack unpacks all")
+    })
+}
+
 /// The image in a table of compressed tiles, whose size is compared with what can be packed into `packed_bytes`.
 pub(super) fn decompress(
     header: &Header,
     table: &BinTable,
     packed_bytes: usize,
 ) -> std::result::Result<ImageData, String> {
-    let method = header.get_string("ZCMPTYPE").unwrap_or("unknown").trim().to_string();
-    if !["RICE_1", "RICE_ONE", "GZIP_1", "GZIP_2", "NOCOMPRESS"].contains(&method.as_str()) {
-        return Err(format!(
-            "is compressed by {method}; RICE_1, GZIP_1 and GZIP_2 are read, funpack unpacks all"
-        ));
-    }
     let axes = header
         .get_int("ZNAXIS")
         .filter(|axes| (1..=MAX_COUNT).contains(axes))
@@ -70,6 +77,7 @@ pub(super) fn decompress(
         Some(-64) => 8,
         _ => 0,
     };
+    let method = method_of(header);
     let plain = match float_bytes > 0 && method.starts_with("GZIP") {
         true => Some(plain_floats(header, table, (float_bytes, method == "GZIP_2"), bytes as usize)?),
         false => None,

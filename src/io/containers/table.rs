@@ -216,6 +216,12 @@ impl Table {
     /// Like [`required_f64`](Self::required_f64) for a column that may be absent.
     pub fn optional_f64(&self, name: &str) -> Result<Option<&[f64]>> {
         let Some(column) = self.column(name) else { return Ok(None) };
+        let is_alike = |other: &&Column| other.name.eq_ignore_ascii_case(name);
+        if column.name != name && self.columns.iter().filter(is_alike).count() > 1 {
+            let problem =
+                format!("stands there more than once; the columns present are {}", self.column_names());
+            return Err(self.fault(&format!("column {name}"), problem));
+        }
         // astropy keeps values that are not known as numbers with a column of flags.
         if let Some(Values::F64(mask)) = self.column(&format!("{name}.mask")).map(|mask| &mask.values)
             && let Some(row) = mask.iter().position(|&is_masked| is_masked != 0.0)
@@ -312,6 +318,18 @@ mod tests {
         let table = sample();
         assert_eq!(table.required_f64("THETA_X_ARCSEC").unwrap(), [1.0, 2.0, 3.0]);
         assert_eq!(table.optional_f64("m200c_msun").unwrap(), None);
+    }
+
+    #[test]
+    fn of_two_columns_that_differ_in_case_none_is_taken_for_a_third_spelling() {
+        let column = |name: &str| Column::f64(name, None, vec![1.0]);
+        let table = Table::new(vec![column("Mass"), column("MASS"), column("Z")]).unwrap();
+        assert!(table.optional_f64("Mass").unwrap().is_some() && table.optional_f64("z").unwrap().is_some());
+        let error = table.optional_f64("mass").unwrap_err().to_string();
+        assert!(
+            error.contains("column mass: stands there more than once; the columns present are Mass"),
+            "{error}"
+        );
     }
 
     #[test]

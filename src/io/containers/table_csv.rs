@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::io::Write;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
@@ -150,10 +150,17 @@ pub(super) fn write(table: &Table, path: &Path, provenance: &Provenance) -> Resu
     staging.write(&name, |temporary| {
         write_rows(table, temporary).map_err(|error| Error::write(temporary, error))
     })?;
-    staging.write(format!("{name}.provenance.toml"), |temporary| {
+    staging.write(provenance_file(Path::new(&name)), |temporary| {
         std::fs::write(temporary, provenance.to_toml()).map_err(|error| Error::write(temporary, error))
     })?;
     staging.commit().map(drop)
+}
+
+/// Where the provenance of a CSV stands.
+pub(super) fn provenance_file(csv: &Path) -> PathBuf {
+    let mut file = csv.as_os_str().to_owned();
+    file.push(".provenance.toml");
+    file.into()
 }
 
 fn write_rows(table: &Table, path: &Path) -> csv::Result<()> {

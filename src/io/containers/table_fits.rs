@@ -14,11 +14,11 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
     let units = fits::read(path)?;
     let is_table = |unit: &&Hdu| unit.header.get_string("XTENSION") == Some("BINTABLE");
     let tables: Vec<&Hdu> = units.iter().filter(is_table).collect();
-    let unit = match (tables.iter().find(|unit| fits::is_called(unit, group)), tables.as_slice()) {
-        (Some(named), _) => named,
-        (None, [only]) => only,
-        (None, []) => return Err(Error::file(FileFault::Content, path, "holds no binary table")),
-        (None, several) => {
+    let unit = match (fits::extension(path, &units, group)?, tables.as_slice()) {
+        (Some(named), _) if is_table(&named) => named,
+        (_, [only]) => only,
+        (_, []) => return Err(Error::file(FileFault::Content, path, "holds no binary table")),
+        (_, several) => {
             let names = several.iter().map(|unit| unit.header.get_string("EXTNAME").unwrap_or("(unnamed)"));
             let names: Vec<&str> = names.collect();
             let problem = format!("holds no table {group}; the tables are {}", names.join(", "));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fitskit::Header;
 
-use crate::error::{Error, FileFault, Result};
+use crate::error::{Error, FileFault, Result, shortest};
 use crate::io::containers::fits_file as fits;
 
 const ELECTRONS: [&str; 6] = ["electron", "electrons", "elec", "e-", "e", "el"];
@@ -41,7 +41,7 @@ pub(super) fn check(path: &Path, header: &Header) -> Result<()> {
     }
     if a_second.is_none() && plain != "cps" && (is_electrons || is_counts) {
         let time = fits::number(path, header, "EXPTIME").ok().flatten();
-        let time = time.map(|time| format!(" (EXPTIME = {time} s)")).unwrap_or_default();
+        let time = time.map(|time| format!(" (EXPTIME = {} s)", shortest(time))).unwrap_or_default();
         steps.push(format!("divide by the exposure time{time}"));
     }
     let what_to_do = if steps.is_empty() { "convert the pixels".into() } else { steps.join(", ") };

@@ -11,10 +11,13 @@ use super::image_wcs::{pixel_scale_arcsec, rotation_deg, rounded};
 use crate::error::{Error, FileFault, Result};
 use crate::io::containers::fits_file as fits;
 
-/// Parts of an extension's name that say that it is no image of the sky, but goes with one.
-const HELPERS: [&str; 22] = [
-    "PSF", "MASK", "WHT", "WEIGHT", "ERR", "ERROR", "DQ", "RMS", "VAR", "IVAR", "UNC", "SIGMA", "NOISE",
-    "CTX", "CON", "BKG", "SKY", "FLAG", "SAMP", "TIME", "EXP", "AREA",
+/// Parts of an extension's name that say that it is no image of the sky, but goes with one; a number may follow.
+const HELPERS: [&str; 15] =
+    ["PSF", "WHT", "WGT", "ERR", "DQ", "RMS", "STD", "VAR", "UNC", "CTX", "CON", "BKG", "SKY", "EXP", "BPM"];
+/// The same of words that come in several forms: what begins like one counts.
+const HELPER_WORDS: [&str; 18] = [
+    "MASK", "WEIGHT", "ERROR", "VARIANCE", "IVAR", "INVVAR", "UNCERT", "SIGMA", "NOISE", "STAT", "QUAL",
+    "FLAG", "BADPIX", "BACKGR", "SAMP", "TIME", "AREA", "EXPOS",
 ];
 /// Keywords of a primary header that describe its own data or the file, and hold for no extension.
 const NOT_INHERITED: [&str; 12] = [
@@ -36,11 +39,11 @@ impl ImageFile {
     pub fn read(path: &Path) -> Result<Self> {
         let units = fits::read(path)?;
         let unit = choose_image(path, &units)?;
-        let extension = |name| units.iter().skip(1).find(|unit| fits::is_called(unit, name));
+        let extension = |name| fits::extension(path, &units, name);
         let (mut data, nx, ny) = pixels(path, unit, "the image")?;
         let header = header_of(path, unit, &units[0])?;
         flux_unit::check(path, &header)?;
-        let mask = extension("MASK").map(|unit| read_mask(path, unit, (nx, ny))).transpose()?;
+        let mask = extension("MASK")?.map(|unit| read_mask(path, unit, (nx, ny))).transpose()?;
         check_finite(path, &mut data, nx, mask.as_deref())?;
         let keywords = ExposureKeywords::read(path, &header)?;
         let Some(pixel_scale_arcsec) = pixel_scale_arcsec(path, &header)? else {
@@ -53,7 +56,7 @@ impl ImageFile {
                 "{path}: the sky is turned by {angle:.1} deg against the pixels; x and y of results are the pixels'"
             );
         }
-        let psf = extension("PSF").map(|unit| read_psf(path, unit, pixel_scale_arcsec)).transpose()?;
+        let psf = extension("PSF")?.map(|unit| read_psf(path, unit, pixel_scale_arcsec)).transpose()?;
         Ok(Self { data, nx, ny, pixel_scale_arcsec, keywords, psf, mask })
     }
 }
@@ -91,7 +94,11 @@ fn choose_image<'a>(path: &Path, units: &'a [Hdu]) -> Result<&'a Hdu> {
 }
 
 fn is_helper(unit: &Hdu) -> bool {
-    name(unit).to_ascii_uppercase().split(['_', '-', ' ']).any(|part| HELPERS.contains(&part))
+    let name = name(unit).to_ascii_uppercase();
+    name.split(['_', '-', ' ']).any(|part| {
+        HELPERS.contains(&part.trim_end_matches(|digit: char| digit.is_ascii_digit()))
+            || HELPER_WORDS.iter().any(|word| part.starts_with(word))
+    })
 }
 
 fn name(unit: &Hdu) -> &str {
@@ -195,7 +202,7 @@ impl PsfKernel {
     /// [`Error::Read`], or [`Error::File`] for a value that is not finite or a pixel scale that does not go into the image's.
     pub fn read(path: &Path, pixel_scale_arcsec: f64) -> Result<Self> {
         let units = fits::read(path)?;
-        let named = units.iter().find(|unit| fits::is_called(unit, "PSF"));
+        let named = fits::extension(path, &units, "PSF")?;
         let unit = named.or_else(|| units.iter().find(|unit| matches!(&unit.data, HduData::Image(_))));
         match unit {
             Some(unit) => read_psf(path, unit, pixel_scale_arcsec),
@@ -204,7 +211,8 @@ impl PsfKernel {
     }
 }
 
-/// A kernel whose header says the size of its pixels, or says nothing: then they are those of the image.
+/// A kernel whose header says the size of its pixels, or into how many (`OVERSAMP`) those of the image are parted, or nothing:
+/// then they are those of the image.
 fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKernel> {
     /// Pixel scales that differ by less than this are equal but for rounding.
     const SCALE_TOLERANCE: f64 = 1e-3;
@@ -213,6 +221,10 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
     let fault = |problem: String| Err(Error::file(FileFault::PsfKernel, path, problem));
     let own_scale =
         pixel_scale_arcsec(path, &unit.header).map_err(|e| e.in_file(FileFault::PsfKernel, path))?;
+    let own_scale = match own_scale {
+        None => fits::number(path, &unit.header, "OVERSAMP")?.map(|parts| image_scale_arcsec / parts),
+        stated => stated,
+    };
     let parts = image_scale_arcsec / own_scale.unwrap_or(image_scale_arcsec);
     let whole = parts.round();
     if !(1.0..=FINEST).contains(&whole) || (parts / whole - 1.0).abs() > SCALE_TOLERANCE {
@@ -249,6 +261,68 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
 mod tests {
     use super::*;
     use fitskit::{HeaderValue, ImageData};
+
+    /// An image with these extensions and one keyword more each.
+    fn file_with(extensions: &[(&str, &[(&str, f64)])]) -> (tempfile::TempDir, std::path::PathBuf) {
+        let image = |side: usize| ImageData::new(vec![side, side], PixelData::F64(vec![1.0; side * side]));
+        let mut primary = Hdu::primary_image(image(9));
+        for (name, value) in [("PIXSCALE", 0.1), ("EXPTIME", 1000.0), ("BKGRMS", 0.01), ("PSFFWHM", 0.1)] {
+            primary.header.set(name, HeaderValue::Float(value), None);
+        }
+        let named = |(name, numbers): &(&str, &[(&str, f64)])| {
+            let mut unit = Hdu::image_extension(image(9));
+            unit.header.set("EXTNAME", HeaderValue::String((*name).into()), None);
+            numbers.iter().for_each(|(name, value)| unit.header.set(name, HeaderValue::Float(*value), None));
+            unit
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("i.fits");
+        fits::write(&path, [primary].into_iter().chain(extensions.iter().map(named)).collect()).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn a_second_extension_of_a_name_is_refused() {
+        let none: &[(&str, f64)] = &[];
+        for name in ["MASK", "PSF"] {
+            let (_folder, path) = file_with(&[(name, none)]);
+            ImageFile::read(&path).unwrap();
+            let (_folder, path) = file_with(&[(name, none), (&name.to_lowercase(), none)]);
+            let error = ImageFile::read(&path).unwrap_err().to_string();
+            assert!(error.contains(&format!("has 2 extensions called {name}, but may have one")), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_kernel_is_as_fine_as_its_scale_or_else_its_oversampling_says() {
+        for (keywords, oversampling) in [
+            (&[][..], 1),
+            (&[("OVERSAMP", 4.0)], 4),
+            (&[("PIXELSCL", 0.05)], 2),
+            (&[("OVERSAMP", 4.0), ("PIXELSCL", 0.05)], 2),
+        ] {
+            let (_folder, path) = file_with(&[("PSF", keywords)]);
+            assert_eq!(PsfKernel::read(&path, 0.1).unwrap().oversampling, oversampling);
+        }
+        let (_folder, path) = file_with(&[("PSF", &[("OVERSAMP", 0.3)])]);
+        assert!(PsfKernel::read(&path, 0.1).is_err());
+    }
+
+    #[test]
+    fn what_goes_with_an_image_is_no_image() {
+        let named = |name: &str| {
+            let mut header = Header::new();
+            header.set("EXTNAME", HeaderValue::String(name.into()), None);
+            Hdu::new(header, HduData::Empty)
+        };
+        for name in ["STAT", "INVVAR", "uncert", "VARIANCE", "ERR2", "sci_err", "WEIGHTS", "DQ", "BACKGROUND"]
+        {
+            assert!(is_helper(&named(name)), "{name}");
+        }
+        for name in ["SCI", "DATA", "F814W", "CONTSUB", "SERRANO", "STAR"] {
+            assert!(!is_helper(&named(name)), "{name}");
+        }
+    }
 
     #[test]
     fn a_unit_in_a_primary_header_without_pixels_is_that_of_the_extensions() {

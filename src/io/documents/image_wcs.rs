@@ -15,8 +15,8 @@ const EXACT_TOLERANCE: f64 = 1e-6;
 const SQUARE_TOLERANCE: f64 = 1e-4;
 /// Two statements of the scale contradict each other beyond this fraction; within it one is rounded.
 const ROUNDED_TOLERANCE: f64 = 1e-3;
-/// Keywords that give the scale in arcsec: ours, and that of space telescopes' PSF files.
-const DIRECT: [&str; 2] = ["PIXSCALE", "PIXELSCL"];
+/// Keywords that give the scale in arcsec: ours, that of space telescopes' PSF files, and that of ground-based surveys.
+const DIRECT: [&str; 3] = ["PIXSCALE", "PIXELSCL", "SECPIX"];
 
 /// Appends a gnomonic (TAN) WCS with the grid's centre at RA = Dec = 0.
 ///
@@ -235,6 +235,7 @@ mod tests {
         );
         close(&[("PIXSCALE", 0.08)], "");
         close(&[("PIXELSCL", 0.08)], "");
+        close(&[("SECPIX", 0.08)], "");
         assert_eq!(scale(&[("CDELT1", 1e-5)], "deg").unwrap(), None);
     }
 

@@ -26,7 +26,8 @@ pub struct TabledLens {
 /// Reads columns `z_lens`, `z_source`, optionally `einstein_radius_arcsec` and `name`; others are of no concern.
 ///
 /// # Errors
-/// Those of [`Table::read`]; missing columns, redshifts that are not 0 < z_lens < z_source ≤ 20.
+/// Those of [`Table::read`]; missing columns, names that stand there twice, redshifts that are not
+/// 0 < z_lens < z_source ≤ 20.
 pub fn read_lenses(path: &Path) -> Result<Vec<TabledLens>> {
     const RADIUS: &str = "einstein_radius_arcsec";
     let table = Table::read(path, LENSES_GROUP)?.in_own_units(&["z_lens", "z_source", RADIUS])?;
@@ -51,7 +52,15 @@ pub fn read_lenses(path: &Path) -> Result<Vec<TabledLens>> {
             einstein_radius_arcsec: radius,
         })
     };
-    (0..table.row_count()).map(lens).collect()
+    let lenses = (0..table.row_count()).map(lens).collect::<Result<Vec<_>>>()?;
+    for (row, TabledLens { name, .. }) in lenses.iter().enumerate() {
+        if let Some(earlier) = lenses[..row].iter().position(|lens| lens.name == *name) {
+            let problem =
+                format!("{name:?} stands in {} too; give every lens its own name", table.place_of(earlier));
+            return Err(table.fault_in_row(row, "name", problem));
+        }
+    }
+    Ok(lenses)
 }
 
 /// The columns of a table of lenses; a radius that is missing is no number.
@@ -97,5 +106,7 @@ mod tests {
         assert!(error.is_bad_input());
         let text = error.to_string();
         assert!(text.contains("line 3, column z_lens: is 0.9, but must be"), "{text}");
+        let text = read("name,z_lens,z_source\nA,0.5,1.5\nB,0.5,1.5\nA,0.6,2\n").unwrap_err().to_string();
+        assert!(text.contains("line 4, column name: \"A\" stands in line 2 too"), "{text}");
     }
 }

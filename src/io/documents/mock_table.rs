@@ -1,6 +1,6 @@
 //! Tables of a mock catalogue: every drawn parameter, and the truths that a study of fits compares with.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Result, TableKind};
 use crate::io::containers::{Column, Table, Values};
@@ -79,8 +79,11 @@ fn read(path: &Path) -> Result<Vec<TrueShear>> {
             return Err(table.fault("column image", "is missing; it names the FITS file of each row"));
         }
     };
+    // `./a.fits` is `a.fits`.
+    let file = |image: &String| Path::new(".").join(image).components().skip(1).collect::<PathBuf>();
+    let files: Vec<PathBuf> = images.iter().map(file).collect();
     for (row, image) in images.iter().enumerate() {
-        if images[..row].contains(image) {
+        if files[..row].contains(&files[row]) {
             let problem = format!("{image:?} stands in an earlier row too");
             return Err(table.fault_in_row(row, "image", problem));
         }
@@ -127,6 +130,7 @@ mod tests {
             ("gamma1_los,gamma2_los\n0,0\n", "image"),
             ("image,gamma1_los\na,0\n", "gamma2_los"),
             ("image,gamma1_los,gamma2_los\na,0,0\na,0,0\n", "earlier"),
+            ("image,gamma1_los,gamma2_los\na,0,0\n./a,0,0\n", "earlier"),
         ] {
             std::fs::write(&path, text).unwrap();
             let message = read_truth_table(&path).unwrap_err().to_string();

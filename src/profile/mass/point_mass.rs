@@ -3,7 +3,7 @@
 use super::radial::{Radial, RadialLaw, by_scale};
 use crate::error::{Domain, Result};
 use crate::numerics::real::Real;
-use crate::profile::parameter::{Name, Parameter, exactly, placed_ellipse};
+use crate::profile::parameter::{Name, Parameter, RADIAN_ARCSEC, exactly, placed_ellipse};
 
 /// Point mass of Einstein radius θ_E: α = θ_E²/r²·θ, ψ = θ_E² ln r (r in arcsec), as lenstronomy's `POINT_MASS`.
 ///
@@ -21,7 +21,8 @@ pub struct PointMassLaw {
 }
 
 /// Einstein radius of a point mass, which is one only if it has a mass.
-const EINSTEIN_RADIUS: Parameter = Parameter { domain: Domain::POSITIVE, ..Parameter::EINSTEIN_RADIUS };
+const EINSTEIN_RADIUS: Parameter =
+    Parameter { domain: Domain::above_to(0.0, RADIAN_ARCSEC), ..Parameter::EINSTEIN_RADIUS };
 
 impl RadialLaw for PointMassLaw {
     const NAMES: &'static [Name] = &[Name { name: "POINT_MASS", held: &[("e1", 0.0), ("e2", 0.0)] }];
@@ -54,10 +55,10 @@ impl RadialLaw for PointMassLaw {
 }
 
 impl PointMass {
-    /// Point mass of Einstein radius `einstein_radius_arcsec` > 0.
+    /// Point mass of an Einstein radius above 0, a radian at most.
     ///
     /// # Errors
-    /// When the Einstein radius is not positive.
+    /// When the Einstein radius is another.
     pub fn new(einstein_radius_arcsec: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
         EINSTEIN_RADIUS.domain.check("einstein_radius_arcsec", einstein_radius_arcsec)?;
         let law = PointMassLaw { ln_einstein_radius_squared: 2.0 * einstein_radius_arcsec.ln() };

@@ -33,7 +33,8 @@ impl CsvRows {
             line_number += 1;
             let line = String::from_utf8(line).map_err(|_| unknown("is not a CSV file: not UTF-8 text"))?;
             let line = line.trim_start_matches('\u{feff}').to_string();
-            if !is_left_out(line.as_bytes()) {
+            let is_dialect = line_number == 1 && csv_dialect::states_separator(&line);
+            if !is_dialect && !is_left_out(line.as_bytes()) {
                 break line;
             }
             before += line.trim_start();

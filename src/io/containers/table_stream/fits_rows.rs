@@ -23,10 +23,19 @@ pub(super) struct FitsRows {
 }
 
 impl FitsRows {
-    /// Reads up to the rows of the binary table of that name; where none has it, of the first.
+    /// Reads up to the rows of the binary table of that name; where none has it, of the only one.
     pub(super) fn open(path: &Path, group: &str) -> Result<(Vec<ColumnTitle>, u64, Self)> {
-        let place = match place_of(path, |header| fits::is_named(header, group))? {
+        let mut names = Vec::new();
+        let is_named = |header: &Header| {
+            names.push(header.get_string("EXTNAME").unwrap_or("(unnamed)").to_owned());
+            fits::is_named(header, group)
+        };
+        let place = match place_of(path, is_named)? {
             Some(place) => Some(place),
+            None if names.len() > 1 => {
+                let problem = format!("holds no table {group}; the tables are {}", names.join(", "));
+                return Err(Error::file(FileFault::Content, path, problem));
+            }
             None => place_of(path, |_| true)?,
         };
         let Some((header, file)) = place else {
@@ -87,7 +96,7 @@ impl FitsRows {
 /// Header of the first binary table that is wanted, and the file from its first row on.
 fn place_of(
     path: &Path,
-    is_wanted: impl Fn(&Header) -> bool,
+    mut is_wanted: impl FnMut(&Header) -> bool,
 ) -> Result<Option<(Header, Box<dyn Read + Send>)>> {
     let mut file = BufReader::with_capacity(1 << 20, super::super::input_file::open(path)?);
     let is_packed = file.fill_buf().map_err(Error::read(path))?.starts_with(&[0x1f, 0x8b]);

@@ -106,6 +106,7 @@ pub(crate) fn degrees_in(stated: &str) -> std::result::Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::fits_file;
     use super::super::super::provenance::Provenance;
     use super::super::super::table::{Column, Table};
     use super::*;
@@ -169,6 +170,37 @@ mod tests {
         std::fs::write(&path, "z,m\n0.5,1\n0.6\n").unwrap();
         let found = all(&path, &[0]).unwrap_err().to_string();
         assert!(found.ends_with("line 3: has 1 fields, but the header has 2"), "{found}");
+    }
+
+    #[test]
+    fn the_line_by_which_spreadsheets_state_the_separator_is_no_row() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, "\u{feff}sep=;\r\nz;m\r\n0.5;1\r\n").unwrap();
+        assert_eq!(all(&path, &[0, 1]).unwrap(), [[0.5], [1.0]]);
+        let table = Table::read(&path, "haloes").unwrap();
+        assert_eq!((table.column_names().as_str(), table.required_f64("m").unwrap()), ("z, m", &[1.0][..]));
+    }
+
+    #[test]
+    fn of_several_fits_tables_the_named_one_is_taken_and_no_other_guessed() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, groups: [&str; 2]| {
+            let path = folder.path().join(name);
+            let own = |(i, group): (usize, &str)| {
+                let part = folder.path().join(format!("{i}.fits"));
+                let table = Table::new(vec![Column::f64("z", None, vec![i as f64])]).unwrap();
+                table.write(&part, group, &Provenance::new(None, "")).unwrap();
+                fits_file::read(&part).unwrap()
+            };
+            let units = groups.into_iter().enumerate().map(own);
+            let units = units.enumerate().flat_map(|(i, units)| units.into_iter().skip(usize::from(i > 0)));
+            fits_file::write(&path, units.collect()).unwrap();
+            path
+        };
+        assert_eq!(all(&file("named.fits", ["other", "haloes"]), &[0]).unwrap(), [[1.0]]);
+        let error = TableStream::open(&file("two.fits", ["a", "b"]), "haloes").map(drop).unwrap_err();
+        assert!(error.to_string().contains("holds no table haloes; the tables are A, B"), "{error}");
     }
 
     #[test]

@@ -1,0 +1,58 @@
+//! Whose file a single output would replace: what haloray wrote says so, in its header or beside a CSV.
+
+use std::io::{Error as IoError, ErrorKind};
+use std::path::Path;
+
+use super::fits_file::{self as fits, VERSION_KEYWORD};
+use super::run_file_reader::RunFileReader;
+use super::table_csv::provenance_file;
+use super::table_file::Format;
+use crate::error::{Error, Result};
+
+/// Refuses to replace a file that no command of haloray wrote; an empty one holds nothing.
+///
+/// # Errors
+/// [`Error::OutputPlace`].
+pub fn check_own(path: &Path) -> Result<()> {
+    let is_there = std::fs::metadata(path).is_ok_and(|found| found.len() > 0);
+    if !is_there || is_own(path) {
+        return Ok(());
+    }
+    let text = "it is there already, and haloray did not write it; give another name, or --overwrite";
+    Err(Error::OutputPlace { path: path.into(), source: IoError::new(ErrorKind::AlreadyExists, text) })
+}
+
+fn is_own(path: &Path) -> bool {
+    match Format::of(path) {
+        Ok(Format::Csv) => provenance_file(path).is_file(),
+        Ok(Format::Hdf5) => RunFileReader::open(path).and_then(|file| file.provenance()).is_ok(),
+        Ok(Format::Fits) => {
+            fits::read(path).is_ok_and(|units| units[0].header.find(VERSION_KEYWORD).is_some())
+        }
+        Err(_) => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::containers::{Column, Provenance, Table};
+
+    #[test]
+    fn only_what_haloray_wrote_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = Table::new(vec![Column::f64("x", None, vec![1.0])]).unwrap();
+        for name in ["t.csv", "t.h5", "t.fits"] {
+            let path = folder.path().join(name);
+            check_own(&path).unwrap();
+            table.write(&path, "rays", &Provenance::new(None, "")).unwrap();
+            check_own(&path).unwrap();
+            let other = folder.path().join(format!("other_{name}"));
+            std::fs::write(&other, "").unwrap();
+            check_own(&other).unwrap();
+            std::fs::write(&other, "x\n1\n").unwrap();
+            let error = check_own(&other).unwrap_err();
+            assert!(error.is_bad_input() && error.to_string().contains("--overwrite"), "{error}");
+        }
+    }
+}
