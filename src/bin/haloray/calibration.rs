@@ -57,6 +57,8 @@ struct Summary<'a> {
     fits: usize,
     fits_converged: usize,
     fits_with_divergences: usize,
+    fits_good: usize,
+    fits_on_a_wrong_maximum: usize,
     seed: u64,
     model: &'a str,
     pixels: usize,
@@ -82,6 +84,8 @@ pub fn run(args: &CalibrationArgs, bars: &Bars) -> Result<()> {
         fits: fits.len(),
         fits_converged: fits.iter().filter(|fit| fit.is_converged).count(),
         fits_with_divergences: fits.iter().filter(|fit| fit.divergences > 0).count(),
+        fits_good: fits.iter().filter(|fit| fit.is_good_fit).count(),
+        fits_on_a_wrong_maximum: fits.iter().filter(|fit| fit.is_on_a_wrong_maximum()).count(),
         seed: args.seed,
         model: &calibration.description().name,
         pixels,
@@ -132,6 +136,8 @@ fn rank_table(model: &CompiledModel, fits: &[CalibrationFit]) -> Result<Table> {
         column("worst_r_hat".into(), &|fit| fit.worst_r_hat),
         column("worst_ess".into(), &|fit| fit.worst_ess),
         column("divergences".into(), &|fit| fit.divergences as f64),
+        column("good_fit".into(), &|fit| f64::from(u8::from(fit.is_good_fit))),
+        column("ln_p_above_truth".into(), &|fit| fit.ln_p_above_truth),
     ];
     for (i, parameter) in model.free.iter().enumerate() {
         let name = &parameter.name;
@@ -158,9 +164,11 @@ impl Summary<'_> {
         };
         let head = ["parameter", "χ²/19", "p", "coverage of 68%", "mean pull", "median sd"];
         let table = markdown_table(&head, &self.parameters.iter().map(line).collect::<Vec<_>>());
-        let Self { fits, fits_converged, fits_with_divergences, .. } = self;
+        let Self { fits, fits_converged, fits_with_divergences, fits_good, fits_on_a_wrong_maximum, .. } =
+            self;
         format!(
-            "{fits} fits, {fits_converged} converged, {fits_with_divergences} with divergences.\n\n{table}"
+            "{fits} fits, {fits_converged} converged, {fits_with_divergences} with divergences; {fits_good} describe their image, \
+             {fits_on_a_wrong_maximum} end on a maximum lower than the truth.\n\n{table}"
         )
     }
 }

@@ -33,7 +33,7 @@ const SAME: f64 = 1.0;
 /// comes before, and two guesses of three then take its line of sight, its lights and its Einstein radius, which the masses
 /// share in random parts.
 ///
-/// Sizes are guessed from the image: Einstein radii from 3 pixels to its edge in logarithmic steps, source radii as a
+/// Sizes are guessed from the image: Einstein radii from 3 pixels to its corners in logarithmic steps, source radii as a
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
 /// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum so far
 /// has been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
