@@ -14,9 +14,11 @@ use haloray::report::{
 };
 
 use crate::bars::Bars;
-use crate::fit::{Outcome, SamplerArg, table};
+use crate::fit::{Outcome, table};
+use crate::models::toml_of;
 use crate::output::{begin, commit, print_files};
 use crate::record::{option, record, value_name};
+use crate::sampling::SamplerArg;
 
 /// Fit the paper's Table 1 image with the full and with the minimal model of the line of sight (section 2.3).
 ///
@@ -69,7 +71,7 @@ fn write(
     let whole = record("study advantage", &options.concat(), about, &none);
     for (name, fit) in [("simple-full", &study.full), ("simple-minimal", &study.minimal)] {
         let description = ModelDescription::built_in(name)?;
-        let provenance = Provenance::new(Some(args.seed), crate::fit::toml_of(&description));
+        let provenance = Provenance::new(Some(args.seed), toml_of(&description));
         let summary = FitSummary::of(fit, name, seconds);
         let record = RunRecord {
             command: format!("study advantage: {name}"),

@@ -11,9 +11,10 @@ use haloray::report::{markdown_table, result_text, stage_figure, stage_json};
 use serde::Serialize;
 
 use crate::bars::Bars;
-use crate::fit::{SamplerArg, description, toml_of};
+use crate::models::{description, toml_of};
 use crate::output::{begin, finish_study};
 use crate::record::{option, record, value_name};
+use crate::sampling::SamplerArg;
 use crate::saved::SavedRows;
 
 /// The model that is drawn from when no other is asked for.

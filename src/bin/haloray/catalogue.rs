@@ -18,9 +18,11 @@ use haloray::report::{
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
-use crate::fit::{SamplerArg, SamplingArg, description, fingerprint, limited, toml_of};
+use crate::fit::fingerprint;
+use crate::models::{description, toml_of};
 use crate::output::{begin, commit, one_of_a_name, print_files};
 use crate::record::{file_name, flag, option, record, value_name};
+use crate::sampling::{SamplerArg, SamplingArg, limited};
 use crate::terminal::{print, warn};
 
 /// How well γ_LOS is measured: every image of a catalogue fitted with every model (section 3, Table 2).

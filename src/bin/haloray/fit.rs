@@ -5,14 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use clap::ValueEnum;
 use haloray::error::{Domain, FileFault};
 use haloray::imaging::PixelSampling;
 use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::model::{BUILT_IN, LikelihoodKind, ModelDescription};
-use haloray::inference::sample::{
-    EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
-};
+use haloray::inference::model::{BUILT_IN, LikelihoodKind};
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
 use haloray::io::{Provenance, hash, read_observation, read_text};
 use haloray::monitor::Monitor;
@@ -20,8 +16,10 @@ use haloray::report::{FitSummary, RunRecord, decimals_text, grouped, probability
 use haloray::{Error, Result};
 
 use crate::bars::Bars;
+use crate::models::{description, list, toml_of};
 use crate::output::{begin, commit, print_files};
 use crate::record::{file_name, option, record, value_name};
+use crate::sampling::{LikelihoodArg, SamplerArg, SamplingArg, limited};
 use crate::saved::StateFile;
 use crate::terminal::{print, print_result, warn};
 use crate::through_haloes::{choose_table, compile};
@@ -82,76 +80,6 @@ pub struct Args {
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub enum SamplerArg {
-    /// Hamiltonian Monte Carlo along the floor of the posterior's valley, the rest integrated over; the fastest.
-    Valley,
-    /// No-U-Turn sampler, its metric shaped by the Fisher matrix.
-    Nuts,
-    /// Ensemble slice sampling, as zeus.
-    EnsembleSlice,
-    /// Affine-invariant stretch move, as emcee.
-    Stretch,
-    /// Nested sampling: the evidence too.
-    Nested,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub enum LikelihoodArg {
-    /// One variance, from the model, with its determinant; amplitudes marginalised.
-    Gaussian,
-    /// No determinant, amplitudes weighted by the data: for comparison.
-    Lenstronomy,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub enum SamplingArg {
-    /// The centre stands for the pixel.
-    Point,
-    /// Integrated to 1% of the noise, in the worst pixel of thirty images to 7%.
-    Adaptive,
-}
-
-impl From<SamplingArg> for PixelSampling {
-    fn from(sampling: SamplingArg) -> Self {
-        match sampling {
-            SamplingArg::Point => Self::Point,
-            SamplingArg::Adaptive => Self::Adaptive,
-        }
-    }
-}
-
-impl SamplerArg {
-    pub fn settings(self) -> SamplerSettings {
-        match self {
-            Self::Nuts => SamplerSettings::Nuts(NutsSettings::default()),
-            Self::Valley => SamplerSettings::Valley(ValleySettings::default()),
-            Self::EnsembleSlice => SamplerSettings::EnsembleSlice(EnsembleSliceSettings::default()),
-            Self::Stretch => SamplerSettings::Stretch(StretchSettings::default()),
-            Self::Nested => SamplerSettings::Nested(NestedSettings::default()),
-        }
-    }
-}
-
-/// The same settings with at most so many draws a chain or walker.
-pub fn limited(mut settings: SamplerSettings, max_draws: Option<usize>) -> Result<SamplerSettings> {
-    let Some(most) = max_draws else { return Ok(settings) };
-    let steps = |block: &mut usize, max: &mut usize, thin: usize| {
-        *max = most * thin;
-        *block = (*block).min(*max);
-    };
-    match &mut settings {
-        SamplerSettings::Nuts(s) => steps(&mut s.block_draws, &mut s.max_draws, 1),
-        SamplerSettings::Valley(s) => steps(&mut s.block_draws, &mut s.max_draws, 1),
-        SamplerSettings::EnsembleSlice(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
-        SamplerSettings::Stretch(s) => steps(&mut s.block_steps, &mut s.max_steps, s.thin),
-        SamplerSettings::Nested(_) => {
-            return Err(Error::argument("--max-draws", most, "left out with --sampler nested"));
-        }
-    }
-    Ok(settings)
 }
 
 /// What the folder of a fit holds.
@@ -329,21 +257,6 @@ pub fn fingerprint(path: &Path) -> Result<String> {
     Ok(format!("{} bytes, {:016x}", bytes.len(), hash(&bytes)))
 }
 
-pub fn description(model: &str) -> Result<ModelDescription> {
-    let path = Path::new(model);
-    if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
-        return ModelDescription::built_in(model).map_err(|error| match error {
-            Error::ModelName { name, allowed } => {
-                Error::ModelName { name, allowed: allowed + ", or a file ending in .toml" }
-            }
-            other => other,
-        });
-    }
-    let text = read_text(path)?;
-    ModelDescription::parse(&text)
-        .map_err(|error| Error::Model { model: model.into(), problem: error.to_string().trim_end().into() })
-}
-
 fn read_truths(path: &Path, known: &[String]) -> Result<Vec<(String, f64)>> {
     let refuse = |problem| Err(Error::file(FileFault::Content, path, problem));
     let text = read_text(path)?;
@@ -358,23 +271,6 @@ fn read_truths(path: &Path, known: &[String]) -> Result<Vec<(String, f64)>> {
         return refuse(format!("the fit has no {unknown}; its parameters are {known}"));
     }
     Ok(values.into_iter().collect())
-}
-
-pub fn toml_of(description: &ModelDescription) -> String {
-    toml::to_string_pretty(description).unwrap_or_else(|error| format!("# {error}\n"))
-}
-
-fn list() -> String {
-    let mut text = String::from(
-        "Built-in models (`haloray fit --list --model NAME` prints one to copy and change):\n\n",
-    );
-    for (name, toml) in BUILT_IN {
-        let about = ModelDescription::parse(toml).map_or_else(|e| e.to_string(), |d| d.about);
-        let _ = writeln!(text, "{name:<16} {about}");
-    }
-    text + "\nA model file lists [[lens]], [[source]], [[lens_light]] and [line_of_sight]; a parameter is a number, the name\n\
-            of another parameter (\"lens.e1\"), or a prior: { uniform = [a, b] }, { normal = [mean, sd] },\n\
-            { log_normal = [median, sd of ln] }, the last two with low and high if wanted.\n"
 }
 
 /// The posterior as a person reads it.

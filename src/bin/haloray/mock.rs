@@ -14,9 +14,9 @@ use haloray::report::{stage_figure, stage_page};
 use rayon::prelude::*;
 
 use crate::bars::Bars;
-use crate::fit::SamplingArg;
 use crate::output::{begin, commit, print_files};
 use crate::record::{flag, option, record, value_name};
+use crate::sampling::SamplingArg;
 use crate::saved::{SavedRows, StateFile};
 
 /// Draw realistic composite lenses and image them: the paper's catalogue of section 3 and appendix B.

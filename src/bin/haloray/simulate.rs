@@ -9,7 +9,8 @@ use haloray::pipeline::{DEFINITIONS, Inputs, ViewFit, fit_views, simulate};
 use haloray::report::{FitSummary, RunRecord, stage_page, stage_text, write_fit, write_run};
 
 use crate::bars::Bars;
-use crate::fit::{Outcome, table, toml_of};
+use crate::fit::{Outcome, table};
+use crate::models::toml_of;
 use crate::output::{begin, commit, one_of_a_name};
 use crate::record::{configured, option};
 use crate::settings::{Settings, Sightline, Tracing, imported_haloes, provenance, psf};
