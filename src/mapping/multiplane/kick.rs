@@ -51,6 +51,20 @@ impl Plane {
         &self,
         x: &[[f64; N]; 2],
         per_x: f64,
+        rays: impl Kicked<N>,
+    ) {
+        match self.is_truncated() {
+            true => self.kick_as::<ORDER, N, true>(x, per_x, rays),
+            false => self.kick_as::<ORDER, N, false>(x, per_x, rays),
+        }
+    }
+
+    /// The same of a plane of which is known whether its halo is truncated.
+    #[inline(always)]
+    pub fn kick_as<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
+        &self,
+        x: &[[f64; N]; 2],
+        per_x: f64,
         mut rays: impl Kicked<N>,
     ) {
         let (mut tx, mut ty, mut u) = ([0.0; N], [0.0; N], [0.0; N]);
@@ -60,7 +74,7 @@ impl Plane {
             u[i] = self.u(tx[i], ty[i]);
         }
         let (mut m, mut p1, mut p2) = ([0.0; N], [0.0; N], [0.0; N]);
-        radial_functions::<ORDER, N>(self.tau, &u, &mut m, &mut p1, &mut p2);
+        radial_functions::<ORDER, N, TRUNCATED>(self.tau, &u, &mut m, &mut p1, &mut p2);
         if ORDER >= 1 {
             // Columns first: loops as short as these are vectorised, one over all that happens to a ray is not.
             let (mut h, mut t) = ([[0.0; N]; 3], [[0.0; N]; 4]);
@@ -84,6 +98,12 @@ impl Plane {
         }
     }
 
+    /// Whether the halo ends.
+    #[inline(always)]
+    pub fn is_truncated(&self) -> bool {
+        self.tau.is_finite()
+    }
+
     /// f·H (xx, xy, yy) in one direction.
     pub fn hessian(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let mut hessian = [0.0; 3];
@@ -95,7 +115,7 @@ impl Plane {
     pub fn potential(&self, theta: [f64; 2]) -> f64 {
         let u = self.u(theta[0] - self.centre_arcsec[0], theta[1] - self.centre_arcsec[1]);
         let integral =
-            if self.tau.is_finite() { truncated_potential(u, self.tau) } else { nfw_radial::potential(u) };
+            if self.is_truncated() { truncated_potential(u, self.tau) } else { nfw_radial::potential(u) };
         let sheet = self.f_sheet * (theta[0] * theta[0] + theta[1] * theta[1]);
         0.5 * (self.fk / self.inv_r_s2 * integral - sheet)
     }
@@ -163,7 +183,7 @@ fn regime<const N: usize>(u: &[f64; N]) -> Regime {
 
 /// m (and u·m′, u²·m″) of all rays; the loops over one regime are branch-free.
 #[inline(always)]
-fn radial_functions<const ORDER: usize, const N: usize>(
+fn radial_functions<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
     tau: f64,
     u: &[f64; N],
     m: &mut [f64; N],
@@ -191,7 +211,7 @@ fn radial_functions<const ORDER: usize, const N: usize>(
             }
         };
     }
-    if tau.is_finite() {
+    if TRUNCATED {
         let edge = Truncation::at(tau);
         in_regime!(|u, basis: Basis| edge.radial(u, &basis));
     } else {

@@ -245,11 +245,25 @@ fn drift<const N: usize, const C: usize>(x: &mut [[f64; N]; C], s: &[[f64; N]; C
 
 #[inline(always)]
 fn trace<const ORDER: usize, const N: usize>(rays: &mut RaysTogether<N>, planes: &[Plane]) {
+    // Truncated haloes and others have loops of their own: in one, registers run out.
+    for run in planes.chunk_by(|a, b| a.is_truncated() == b.is_truncated()) {
+        match run[0].is_truncated() {
+            true => trace_run::<ORDER, N, true>(rays, run),
+            false => trace_run::<ORDER, N, false>(rays, run),
+        }
+    }
+}
+
+#[inline(always)]
+fn trace_run<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
+    rays: &mut RaysTogether<N>,
+    planes: &[Plane],
+) {
     for plane in planes {
         rays.advance::<ORDER>(plane.chi_cmpc);
         let RaysTogether { x, s, by_theta, .. } = &mut *rays;
         let slopes = Slopes::<ORDER, N> { s, by_theta, inv_chi: plane.inv_chi };
-        plane.kick::<ORDER, N>(x, plane.inv_chi, slopes);
+        plane.kick_as::<ORDER, N, TRUNCATED>(x, plane.inv_chi, slopes);
     }
 }
 
