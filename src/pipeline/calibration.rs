@@ -295,7 +295,6 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "slow: just nightly"]
     fn a_ring_of_which_the_corners_alone_show_a_piece_is_found() {
         // Its Einstein radius is 4″, the image reaches to 3.1″: an unlensed disc under the lens light has a χ² of 6.1.
         let calibration = Calibration::built_in("comprehensive", None).unwrap().unwrap();

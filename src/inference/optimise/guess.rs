@@ -75,10 +75,10 @@ impl Known {
 pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u64, number: u64) -> Vec<f64> {
     let observation = likelihood.observation();
     // Of a ring as wide as this the corners show a piece.
-    let edge = 0.9 * std::f64::consts::SQRT_2 * observation.grid.half_width_arcsec();
+    let widest = 0.9 * std::f64::consts::SQRT_2 * observation.grid.half_width_arcsec();
     let pixel = observation.grid.pixel_scale_arcsec();
     let step = (number / SHAPES % RADII) as f64 / (RADII - 1) as f64;
-    let tried = 3.0 * pixel * (edge / (3.0 * pixel)).max(1.0).powf(step);
+    let tried = 3.0 * pixel * (widest / (3.0 * pixel)).max(1.0).powf(step);
     let takes_all = !number.is_multiple_of(SHAPES);
     let radius = known.filter(|known| takes_all || known.maximum.is_some());
     let einstein_radius = radius.map_or(tried, |known| known.einstein_radius_arcsec);
