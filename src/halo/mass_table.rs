@@ -8,6 +8,8 @@
 pub struct MassTable {
     start: f64,
     step: f64,
+    /// Masses of the grid points, Msun, and dn/d ln M there, per comoving Mpc³.
+    mass_msun: Vec<f64>,
     density: Vec<f64>,
     /// ∫n d ln M up to each grid point, per comoving Mpc³.
     number: Cumulative,
@@ -36,12 +38,12 @@ impl MassTable {
         const DENSITY_FLOOR_PER_CMPC3: f64 = 1e-200;
         let start = mass_min_msun.ln();
         let step = (mass_max_msun.ln() - start) / cells as f64;
-        let density: Vec<f64> = (0..=cells)
-            .map(|i| dn_dlnm_per_cmpc3((start + step * i as f64).exp()).max(DENSITY_FLOOR_PER_CMPC3))
-            .collect();
+        let mass_msun: Vec<f64> = (0..=cells).map(|i| (start + step * i as f64).exp()).collect();
+        let density: Vec<f64> =
+            mass_msun.iter().map(|mass| dn_dlnm_per_cmpc3(*mass).max(DENSITY_FLOOR_PER_CMPC3)).collect();
         let number = Cumulative::new(0.0, start, step, &density);
         let mass = Cumulative::new(1.0, start, step, &density);
-        Self { start, step, density, number, mass }
+        Self { start, step, mass_msun, density, number, mass }
     }
 
     /// Number of haloes per comoving Mpc³.
@@ -60,7 +62,7 @@ impl MassTable {
         let node = |i: usize| {
             let ln_mass = self.start + self.step * i as f64;
             let part = if i == 0 || i == last { 0.5 } else { 1.0 };
-            part * self.density[i] * ln_mass.exp() * weight(ln_mass)
+            part * self.density[i] * self.mass_msun[i] * weight(ln_mass)
         };
         self.step * (0..=last).map(node).sum::<f64>()
     }
@@ -81,6 +83,15 @@ impl MassTable {
     #[inline]
     pub fn sample_msun(&self, u: f64) -> f64 {
         self.number.inverse(self, u * self.number.total()).exp()
+    }
+
+    /// A mass that [`MassTable::sample_msun`] does not exceed with this deviate, Msun: without a logarithm or exponential,
+    /// as most haloes of a cylinder fail its cut even with so much mass.
+    #[inline]
+    pub fn at_most_msun(&self, u: f64) -> f64 {
+        /// Roundings of the sample.
+        const MARGIN: f64 = 1.0 + 1e-12;
+        self.mass_msun[self.number.cell_at_most(u * self.number.total()) + 1] * MARGIN
     }
 
     /// n·min(1, M/M*), M* = `mass_star_msun`, ready to be sampled.
@@ -170,12 +181,24 @@ impl Cumulative {
             + table.density[cell] * weight * exponential_integral(table.slope(cell) + self.power, x - low)
     }
 
+    #[inline]
+    fn guide_bin(&self, target: f64) -> usize {
+        let cells = self.guide.len();
+        ((target / self.total() * cells as f64) as usize).min(cells - 1)
+    }
+
+    /// A cell that is not below the one in which the integral is `target`.
+    #[inline]
+    fn cell_at_most(&self, target: f64) -> usize {
+        // Two further: the division by which the bin is found rounds.
+        self.guide.get(self.guide_bin(target) + 2).map_or(self.guide.len() - 1, |cell| *cell as usize)
+    }
+
     /// The x = ln M up to which the integral is `target`.
     #[inline]
     fn inverse(&self, table: &MassTable, target: f64) -> f64 {
         let cells = self.guide.len();
-        let j = ((target / self.total() * cells as f64) as usize).min(cells - 1);
-        let mut cell = self.guide[j] as usize;
+        let mut cell = self.guide[self.guide_bin(target)] as usize;
         while cell + 1 < cells && self.at[cell + 1] <= target {
             cell += 1;
         }
@@ -214,6 +237,18 @@ mod tests {
             let back = table.number.up_to(&table, m.ln()) / table.number_per_cmpc3();
             assert!((back - u).abs() < 1e-12, "{u} {back}");
         }
+    }
+
+    #[test]
+    fn no_sample_exceeds_its_bound_which_is_near_for_all_but_the_rarest() {
+        let table = power_law(1000);
+        for i in 0..100_000 {
+            let u = f64::from(i) / 1e5;
+            let (mass, bound) = (table.sample_msun(u), table.at_most_msun(u));
+            assert!(mass <= bound && (bound < 10.0 * mass || u > 0.99), "{u} {mass} {bound}");
+        }
+        let last = 1.0 - f64::EPSILON;
+        assert!(table.sample_msun(last) <= table.at_most_msun(last));
     }
 
     #[test]

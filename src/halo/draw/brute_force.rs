@@ -37,9 +37,14 @@ pub fn draw_brute_force(
             for _ in 0..number {
                 let chi = population.slab_cmpc() * (i as f64 + rng.random::<f64>());
                 let r2 = radius_squared * rng.random::<f64>();
-                let mass = table.sample_msun(rng.random());
+                let u = rng.random();
                 // γ = r_E²/r² ≥ ε, and r_E²/ε is infinite without a cut.
-                if r2 <= mass * population.kept_radius_squared_per_msun(&scaling, chi) {
+                let kept_per_msun = population.kept_radius_squared_per_msun(&scaling, chi);
+                if r2 > table.at_most_msun(u) * kept_per_msun {
+                    continue;
+                }
+                let mass = table.sample_msun(u);
+                if r2 <= mass * kept_per_msun {
                     slab.push(chi, r2, rng.random(), mass);
                 }
             }

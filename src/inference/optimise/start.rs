@@ -19,9 +19,8 @@ const SHORT_EXPOSURES: (f64, [f64; 2]) = (0.99, [5.0, 25.0]);
 /// Iterations of each stage of a rough search, and of later ones but the last.
 const ROUGH_ITERATIONS: usize = 12;
 const MIDDLE_ITERATIONS: usize = 40;
-/// Rounds of guesses after which the best is taken whatever it is, and the χ² per degree of freedom above which no less do.
+/// Rounds of guesses after which the best is taken whatever it is.
 const MOST_ROUNDS: u64 = 10;
-const GROSS_MISFIT: f64 = 2.0;
 /// The highest maxima that are climbed on from where nothing settles which is the top.
 const CLIMBED_ON: usize = 3;
 /// Maxima whose ln p differ by less are the same.
@@ -36,11 +35,11 @@ const SAME: f64 = 1.0;
 /// Sizes are guessed from the image: Einstein radii from 3 pixels to its corners in logarithmic steps, source radii as a
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
 /// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum so far
-/// has been reached from two of them; at least three rounds where its χ² is above what noise leaves, ten where it is far above.
+/// has been reached from two of them, and for a round at least for each of the deviations by which its χ² is above one.
 /// Then, and in every other round from the fourth on, it is challenged: in a round of guesses with its Einstein radius a third
 /// begins anew, a third with its lights but another lens, a third with its lens turned and the foreground shear that makes up
-/// for it; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its χ² is above what noise leaves, else
-/// the search goes on.
+/// for it; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its
+/// χ² is above what noise leaves, else the search goes on; ten rounds end it.
 ///
 /// As long as nothing has been reached twice, or where χ² is above what noise leaves, each round also climbs on from the highest
 /// maxima so far: again, as bent valleys end climbs early, and where χ² is above noise through short exposures.
@@ -211,16 +210,18 @@ struct Fewest {
     challenges: u64,
 }
 
-/// The more, the more its χ² is above what noise leaves: less than three of its deviations, √(2/N) per degree of freedom,
+/// The more, the more its χ² is above what noise leaves: a round for each of its deviations, √(2/N) per degree of freedom,
 /// above one.
 fn fewest(likelihood: &ImageLikelihood, start: &Maximum) -> Fewest {
+    const OF_NOISE: f64 = 3.0;
     let image = likelihood.image(&likelihood.model().at_latent(&start.latent).0);
-    let of_noise = 1.0 + 3.0 * (2.0 / likelihood.degrees_of_freedom()).sqrt();
-    match image.map(|image| likelihood.chi2_reduced(&image)) {
-        Some(chi2) if chi2 < of_noise => Fewest { rounds: 1, challenges: 1 },
-        Some(chi2) if chi2 < GROSS_MISFIT => Fewest { rounds: ROUNDS_NEAR, challenges: 2 },
-        _ => Fewest { rounds: MOST_ROUNDS, challenges: 0 },
+    let deviations = image.map_or(f64::INFINITY, |image| {
+        (likelihood.chi2_reduced(&image) - 1.0) * (likelihood.degrees_of_freedom() / 2.0).sqrt()
+    });
+    if deviations < OF_NOISE {
+        return Fewest { rounds: 1, challenges: 1 };
     }
+    Fewest { rounds: (deviations as u64).min(MOST_ROUNDS), challenges: 2 }
 }
 
 /// The finalists of one round of guesses.

@@ -1,0 +1,57 @@
+"""Do fits of simulated images find the highest maximum? `simulate --fit` of many seeds, each fit beside a climb from the truth.
+
+Run:   python3 simulation_fits.py --binary ../../target/release/haloray --seeds 60 --folder simulation_fits --summary ../../docs/SIMULATION_FITS.md
+Needs: nothing but Python; runs that are in the folder already are read, not repeated
+Units: chi2 per degree of freedom, seconds of wall-clock time
+"""
+
+import argparse
+import pathlib
+import statistics
+
+import page
+from simulated_runs import fit, simulated
+
+MODEL = "tidal-minimal"
+WHAT = {"tidal_haloes": "haloes in the tidal regime", "all_haloes": "all haloes"}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--binary", required=True)
+    parser.add_argument("--presets", default="paper,consistent")
+    parser.add_argument("--seeds", type=int, default=60)
+    parser.add_argument("--folder", type=pathlib.Path, required=True)
+    parser.add_argument("--summary", type=pathlib.Path, required=True)
+    options = parser.parse_args()
+    lines = [
+        "| preset | image | fits | converged | describe their image | χ²: median, largest | below a climb from the truth | "
+        "evaluations: median, largest | seconds: median, largest |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    missed = []
+    for preset in options.presets.split(","):
+        fits = {image: [] for image in WHAT}
+        for seed in range(1, options.seeds + 1):
+            run = simulated(options.binary, options.folder, preset, seed)
+            for image in WHAT:
+                summary, seconds, rows = fit(run, image, MODEL)
+                higher = float(rows[0]["truth_climbs_higher_by"])
+                fits[image].append((summary, seconds, higher > 1.0))
+                if higher > 1.0:
+                    missed.append(f"{preset}, seed {seed}, {WHAT[image]}: by {higher:.1f} in ln p, χ² {summary['chi2_reduced']:.3f}")
+            print(preset, seed, flush=True)
+        for image, what in WHAT.items():
+            summaries, seconds, lower = zip(*fits[image])
+            numbers = lambda name: [summary[name] for summary in summaries]
+            both = lambda values, form: f"{statistics.median(values):{form}}, {max(values):{form}}"
+            lines.append(
+                f"| {preset} | {what} | {len(summaries)} | {sum(numbers('converged'))} | {sum(numbers('good_fit'))} "
+                f"| {both(numbers('chi2_reduced'), '.2f')} | {sum(lower)} | {both(numbers('evaluations'), ',.0f')} | {both(seconds, '.0f')} |"
+            )
+    lines.append("\nBelow a climb from the truth: " + ("; ".join(missed) if missed else "none") + ".")
+    page.write(options.summary, f"just simulation-fits {options.seeds}", "\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()
