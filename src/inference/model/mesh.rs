@@ -130,3 +130,20 @@ impl Mesh {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn brightness_that_no_mesh_resolves_is_refused_before_it_fills_the_memory() {
+        let grid = SkyGrid::new(8, 0.1).unwrap();
+        let adaptive = |amplitude: f64| {
+            let noise = |[x, y]: &[f64; 2]| amplitude * (1e9 * x + 3e9 * y).sin();
+            Mesh::adaptive(&grid, &[1e-9; 64], |points| Ok(vec![points.iter().map(noise).collect()]))
+        };
+        assert_eq!(adaptive(0.0).unwrap().samples(), 64);
+        let error = adaptive(1.0).unwrap_err().to_string();
+        assert!(error.contains("brightness over noise"), "{error}");
+    }
+}

@@ -196,6 +196,17 @@ mod tests {
     }
 
     #[test]
+    fn of_two_tables_of_a_name_none_is_guessed() {
+        let (_folder, path) = written(&sample());
+        let mut units = fits::read(&path).unwrap();
+        let mut second = units[1].clone();
+        second.header.set("EXTNAME", HeaderValue::String("Haloes".into()), None);
+        units.push(second);
+        fits::write(&path, units).unwrap();
+        assert_eq!(fault(&path), "FILE: has 2 extensions called haloes, but may have one");
+    }
+
+    #[test]
     fn a_scale_that_is_no_number_is_refused() {
         let (_folder, path) = written(&sample());
         let sound = std::fs::read(&path).unwrap();

@@ -245,16 +245,21 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
     if let Some(value) = data.iter().find(|value| !value.is_finite()) {
         return fault(format!("PSF holds {value}; finite numbers only"));
     }
-    let total: f64 = data.iter().sum();
-    let negative: Vec<f64> = data.iter().copied().filter(|value| *value < 0.0).collect();
-    if total > 0.0 && !negative.is_empty() {
-        let (count, part) = (negative.len(), negative.iter().sum::<f64>() / total);
-        log::info!(
-            "{}: {count} pixels of the PSF are negative, {part:.2e} of its sum; they are used as they are",
-            path.display()
-        );
+    if let Some(note) = of_negative_pixels(&data) {
+        log::info!("{}: {note}", path.display());
     }
     Ok(PsfKernel { data, nx, ny, oversampling: whole as usize })
+}
+
+/// What a kernel with negative pixels, as deconvolutions leave them, is told about.
+fn of_negative_pixels(kernel: &[f64]) -> Option<String> {
+    let total: f64 = kernel.iter().sum();
+    let negative: Vec<f64> = kernel.iter().copied().filter(|value| *value < 0.0).collect();
+    let (count, part) = (negative.len(), negative.iter().sum::<f64>() / total);
+    let note = || {
+        format!("{count} pixels of the PSF are negative, {part:.2e} of its sum; they are used as they are")
+    };
+    (total > 0.0 && count > 0).then(note)
 }
 
 #[cfg(test)]
@@ -306,6 +311,13 @@ mod tests {
         }
         let (_folder, path) = file_with(&[("PSF", &[("OVERSAMP", 0.3)])]);
         assert!(PsfKernel::read(&path, 0.1).is_err());
+    }
+
+    #[test]
+    fn negative_pixels_of_a_kernel_are_counted() {
+        let note = of_negative_pixels(&[0.5, -0.25, 4.0, -0.25]).unwrap();
+        assert!(note.starts_with("2 pixels of the PSF are negative, -1.25e-1 of its sum"), "{note}");
+        assert_eq!(of_negative_pixels(&[0.5, 0.0]), None);
     }
 
     #[test]
