@@ -50,7 +50,7 @@ def main():
                 f"| {both(numbers('chi2_reduced'), '.2f')} | {sum(lower)} | {both(numbers('evaluations'), ',.0f')} | {both(seconds, '.0f')} |"
             )
     lines.append("\nBelow a climb from the truth: " + ("; ".join(missed) if missed else "none") + ".")
-    page.write(options.summary, f"just simulation-fits {options.seeds}", "\n".join(lines))
+    page.write(options.summary, f"just simulation-fits {options.seeds} {options.presets}", "\n".join(lines))
 
 
 if __name__ == "__main__":
