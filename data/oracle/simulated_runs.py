@@ -11,7 +11,7 @@ def simulated(binary, folder, preset, seed, models="tidal-minimal"):
     if not (run / "recovered_shears.csv").exists():
         run.parent.mkdir(parents=True, exist_ok=True)
         command = [binary, "simulate", "--preset", preset, "--seed", str(seed), "--fit", models, "--no-figures", "-q", "-o", str(run)]
-        code = subprocess.run(command, check=False, stderr=subprocess.DEVNULL).returncode
+        code = subprocess.run(command, check=False).returncode
         assert code in (0, 1), f"{' '.join(command)} ended with {code}"
     return run
 

@@ -245,14 +245,14 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
     if let Some(value) = data.iter().find(|value| !value.is_finite()) {
         return fault(format!("PSF holds {value}; finite numbers only"));
     }
-    if let Some(note) = of_negative_pixels(&data) {
+    if let Some(note) = note_on_negative_pixels(&data) {
         log::info!("{}: {note}", path.display());
     }
     Ok(PsfKernel { data, nx, ny, oversampling: whole as usize })
 }
 
-/// What a kernel with negative pixels, as deconvolutions leave them, is told about.
-fn of_negative_pixels(kernel: &[f64]) -> Option<String> {
+/// What is said of a kernel with negative pixels, as deconvolutions leave them.
+fn note_on_negative_pixels(kernel: &[f64]) -> Option<String> {
     let total: f64 = kernel.iter().sum();
     let negative: Vec<f64> = kernel.iter().copied().filter(|value| *value < 0.0).collect();
     let (count, part) = (negative.len(), negative.iter().sum::<f64>() / total);
@@ -315,9 +315,9 @@ mod tests {
 
     #[test]
     fn negative_pixels_of_a_kernel_are_counted() {
-        let note = of_negative_pixels(&[0.5, -0.25, 4.0, -0.25]).unwrap();
+        let note = note_on_negative_pixels(&[0.5, -0.25, 4.0, -0.25]).unwrap();
         assert!(note.starts_with("2 pixels of the PSF are negative, -1.25e-1 of its sum"), "{note}");
-        assert_eq!(of_negative_pixels(&[0.5, 0.0]), None);
+        assert_eq!(note_on_negative_pixels(&[0.5, 0.0]), None);
     }
 
     #[test]
