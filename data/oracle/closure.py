@@ -17,7 +17,7 @@ PIXELS = 64 * 64
 
 def fitted(run, image, model):
     """Summary of one fit, and how many of its parameters hold the expected value in their 68% interval."""
-    summary, _, rows = fit(run, image, model)
+    summary, rows = fit(run, image, model)
     held = sum(float(r["hpd68_low"]) <= float(r["expected_on_axis"]) <= float(r["hpd68_high"]) for r in rows)
     return summary, held, len(rows)
 

@@ -17,10 +17,8 @@ def simulated(binary, folder, preset, seed, models="tidal-minimal"):
 
 
 def fit(run, image, model):
-    """Summary of one fit, its seconds, and its rows of `recovered_shears.csv`."""
-    of_fit = run / f"fit_{image}_{model}"
-    summary = json.loads((of_fit / "summary.json").read_text())
-    seconds = json.loads((of_fit / "timings.json").read_text())["seconds"]
+    """Summary of one fit, and its rows of `recovered_shears.csv`."""
+    summary = json.loads((run / f"fit_{image}_{model}" / "summary.json").read_text())
     with open(run / "recovered_shears.csv", newline="") as table:
         rows = [row for row in csv.DictReader(table) if row["image"] == image and row["model"] == model]
-    return summary, seconds, rows
+    return summary, rows

@@ -2,7 +2,7 @@
 
 Run:   python3 simulation_fits.py --binary ../../target/release/haloray --seeds 60 --folder simulation_fits --summary ../../docs/SIMULATION_FITS.md
 Needs: nothing but Python; runs that are in the folder already are read, not repeated
-Units: chi2 per degree of freedom; gamma_LOS less that on the axis in units of its own 68% half width, the larger of two components; seconds of wall-clock time
+Units: chi2 per degree of freedom; gamma_LOS less that on the axis in units of its own 68% half width, the larger of two components
 """
 
 import argparse
@@ -34,8 +34,8 @@ def main():
     options = parser.parse_args()
     lines = [
         "| preset | image | fits | converged | describe their image | χ²: median, largest | γ_LOS off the axis, in errors: median, largest "
-        "| below a climb from the truth | evaluations: median, largest | seconds: median, largest |",
-        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| below a climb from the truth | evaluations: median, largest |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     missed = []
     for preset in options.presets.split(","):
@@ -43,19 +43,19 @@ def main():
         for seed in range(1, options.seeds + 1):
             run = simulated(options.binary, options.folder, preset, seed)
             for image in WHAT:
-                summary, seconds, rows = fit(run, image, MODEL)
+                summary, rows = fit(run, image, MODEL)
                 higher = float(rows[0]["truth_climbs_higher_by"])
-                fits[image].append((summary, seconds, higher > 1.0, errors_off(rows)))
+                fits[image].append((summary, higher > 1.0, errors_off(rows)))
                 if higher > 1.0:
                     missed.append(f"{preset}, seed {seed}, {WHAT[image]}: by {higher:.1f} in ln p, χ² {summary['chi2_reduced']:.3f}")
             print(preset, seed, flush=True)
         for image, what in WHAT.items():
-            summaries, seconds, lower, off = zip(*fits[image])
+            summaries, lower, off = zip(*fits[image])
             numbers = lambda name: [summary[name] for summary in summaries]
             both = lambda values, form: f"{statistics.median(values):{form}}, {max(values):{form}}"
             lines.append(
                 f"| {preset} | {what} | {len(summaries)} | {sum(numbers('converged'))} | {sum(numbers('good_fit'))} "
-                f"| {both(numbers('chi2_reduced'), '.2f')} | {both(off, '.1f')} | {sum(lower)} | {both(numbers('evaluations'), ',.0f')} | {both(seconds, '.0f')} |"
+                f"| {both(numbers('chi2_reduced'), '.2f')} | {both(off, '.1f')} | {sum(lower)} | {both(numbers('evaluations'), ',.0f')} |"
             )
     lines.append("\nBelow a climb from the truth: " + ("; ".join(missed) if missed else "none") + ".")
     page.write(options.summary, f"just simulation-fits {options.seeds} {options.presets}", "\n".join(lines))
