@@ -60,7 +60,7 @@ impl Axis {
             settle(plane, ray.x.map(|x| x * plane.inv_chi));
             let mut kick = [0.0; 2];
             let turn = |_, k: Kick| kick = k.f_alpha_arcsec;
-            plane.kick::<0, 1>(&ray.x.map(|x| [x]), plane.inv_chi, (|_: &_, _: &_| (), turn));
+            plane.kick::<0, 1>(&ray.x.map(|x| [x]), plane.inv_chi, (|_: &_| (), turn));
             ray.s = [0, 1].map(|c| ray.s[c] - kick[c]);
             ray
         });

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use nalgebra::Complex;
 
-use super::kick::Kick;
+use super::kick::{Distortion, Kick};
 use super::line_of_sight::LineOfSight;
 use super::plane::Plane;
 use super::recursion::{FEW, FewRays};
@@ -123,9 +123,9 @@ impl Meeting {
             &[[at.re], [at.im]],
             1.0,
             (
-                |h: &[[f64; 1]; 3], t: &[[f64; 1]; 4]| {
-                    hessian = h.map(|[h]| h * reduced);
-                    third_per_arcsec = t.map(|[t]| t * reduced);
+                |distortion: &Distortion<1>| {
+                    hessian = distortion.h.map(|[h]| h * reduced);
+                    third_per_arcsec = distortion.t.map(|[t]| t * reduced);
                 },
                 |_, kick: Kick| deflection_arcsec = kick.f_alpha_arcsec.map(|a| a * reduced),
             ),

@@ -33,11 +33,7 @@ impl Ray {
             self.advance(plane.chi_cmpc);
             let theta = self.x.map(|x| x * plane.inv_chi);
             let mut kick = [0.0; 2];
-            plane.kick::<0, 1>(
-                &theta.map(|t| [t]),
-                1.0,
-                (|_: &_, _: &_| (), |_, k: Kick| kick = k.f_alpha_arcsec),
-            );
+            plane.kick::<0, 1>(&theta.map(|t| [t]), 1.0, (|_: &_| (), |_, k: Kick| kick = k.f_alpha_arcsec));
             self.kick(kick, plane.potential(theta));
         }
     }

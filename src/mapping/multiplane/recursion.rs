@@ -4,7 +4,7 @@
 //! x ← x + Δχ·s, s ← s − f·α; X ← X + Δχ·S, S ← S − (f/χ)·H·X;
 //! X₂ ← X₂ + Δχ·S₂, S₂ ← S₂ − (f/χ)[H·X₂ + T:(X,X)/χ].
 
-use super::kick::{Kick, Kicked};
+use super::kick::{Distortion, Kick, Kicked};
 use super::plane::{LensPlane, Plane};
 use crate::mapping::RayBundle;
 use crate::numerics::dispatch::kernel;
@@ -162,14 +162,15 @@ impl<const N: usize> RaysTogether<N> {
         let inv_chi = 1.0 / self.chi_cmpc;
         let theta = |i: usize| [self.x[0][i] * inv_chi, self.x[1][i] * inv_chi];
         if ORDER >= 1 {
-            let (mut h, mut t) = ([[0.0; N]; 3], [[0.0; N]; 4]);
+            let mut distortion = Distortion::NONE;
+            let Distortion { h, t } = &mut distortion;
             for i in 0..used {
                 [h[0][i], h[1][i], h[2][i]] = lens.hessian(theta(i));
                 if ORDER >= 2 {
                     [t[0][i], t[1][i], t[2][i], t[3][i]] = lens.third_derivatives(theta(i));
                 }
             }
-            self.by_theta.kick::<ORDER>(&h, &t, inv_chi);
+            self.by_theta.kick::<ORDER>(&distortion, inv_chi);
         }
         for i in 0..used {
             let kick = lens.kick([self.x[0][i] * inv_chi, self.x[1][i] * inv_chi]);
@@ -201,10 +202,10 @@ impl FewRays {
 }
 
 impl<const N: usize> Derivatives<N> {
-    /// S and S₂ of all rays after a plane with f·H = (xx, xy, yy) and f·T = (xxx, xxy, xyy, yyy).
+    /// S and S₂ of all rays after a plane.
     #[allow(clippy::needless_range_loop, reason = "lanes of many columns")]
     #[inline(always)]
-    fn kick<const ORDER: usize>(&mut self, h: &[[f64; N]; 3], t: &[[f64; N]; 4], inv_chi: f64) {
+    fn kick<const ORDER: usize>(&mut self, Distortion { h, t }: &Distortion<N>, inv_chi: f64) {
         let Self { dx, ds, d2x, d2s } = self;
         for a in 0..2 {
             for j in 0..2 {
@@ -259,11 +260,12 @@ fn trace_run<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
     rays: &mut RaysTogether<N>,
     planes: &[Plane],
 ) {
+    let mut distortion = Distortion::NONE;
     for plane in planes {
         rays.advance::<ORDER>(plane.chi_cmpc);
         let RaysTogether { x, s, by_theta, .. } = &mut *rays;
         let slopes = Slopes::<ORDER, N> { s, by_theta, inv_chi: plane.inv_chi };
-        plane.kick_as::<ORDER, N, TRUNCATED>(x, plane.inv_chi, slopes);
+        plane.kick_as::<ORDER, N, TRUNCATED>(x, plane.inv_chi, &mut distortion, slopes);
     }
 }
 
@@ -276,8 +278,8 @@ struct Slopes<'a, const ORDER: usize, const N: usize> {
 
 impl<const ORDER: usize, const N: usize> Kicked<N> for Slopes<'_, ORDER, N> {
     #[inline(always)]
-    fn distort(&mut self, h: &[[f64; N]; 3], t: &[[f64; N]; 4]) {
-        self.by_theta.kick::<ORDER>(h, t, self.inv_chi);
+    fn distort(&mut self, distortion: &Distortion<N>) {
+        self.by_theta.kick::<ORDER>(distortion, self.inv_chi);
     }
 
     #[inline(always)]

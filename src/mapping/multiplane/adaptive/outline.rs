@@ -93,7 +93,7 @@ kernel! {
                 x,
                 plane.inv_chi,
                 (
-                    |_: &_, _: &_| (),
+                    |_: &_| (),
                     |i: usize, kick: Kick| {
                         alpha = alpha.max(kick.fkm * kick.fkm * kick.u);
                         s[0][i] -= kick.f_alpha_arcsec[0];

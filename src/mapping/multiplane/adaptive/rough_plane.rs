@@ -1,7 +1,7 @@
 //! The planes that rays meet one by one, a halo or the main lens, for many rays in SIMD lanes.
 
 use super::chebyshev::{LANES, Lanes};
-use crate::mapping::multiplane::kick::Kick;
+use crate::mapping::multiplane::kick::{Distortion, Kick};
 use crate::mapping::multiplane::plane::{LensPlane, Plane};
 
 /// A plane that rays meet one by one.
@@ -44,10 +44,10 @@ impl RoughPlane {
                 theta,
                 1.0,
                 (
-                    |h: &[Lanes; 3], t: &[Lanes; 4]| {
-                        *hessian = *h;
+                    |distortion: &Distortion<LANES>| {
+                        *hessian = distortion.h;
                         if ORDER >= 2 {
-                            *third = *t;
+                            *third = distortion.t;
                         }
                     },
                     |i: usize, own: Kick| (0..2).for_each(|c| kick[c][i] = own.f_alpha_arcsec[c]),
