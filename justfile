@@ -6,15 +6,15 @@ default:
 
 # what Debian needs besides Rust
 setup:
-    sudo apt-get install -y gcc libc6-dev libhdf5-dev
+    sudo apt-get install -y gcc libc6-dev libhdf5-dev python3-venv
 
 # the main job: the paper's section 4 into ./run
 run:
     cargo run --release -- simulate -o run
 
-# the test suite
+# both test suites
 test:
-    cargo test --release
+    bash tests/run
 
 # the Python package, installed into ./.venv and tested
 python:
