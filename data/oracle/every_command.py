@@ -66,6 +66,7 @@ for study, rest in {
     "which-shear": "small.toml --set image.pixels=48 -n 1",
     "validity": "small.toml -n 2 --views all --models tidal-minimal --starts truth --estimate laplace --no-delays",
     "expected": "small.toml --lenses lenses.csv -n 3",
+    "advantage": "",
     "calibration": "-n 2",
     "catalogue": f"mine --models model.toml {FIT}",
 }.items():
@@ -73,7 +74,7 @@ for study, rest in {
 COMMANDS["merge"] = ("merge shards/1 shards/2 -o out", "--style dark")
 COMMANDS["extract"] = ("extract cone.csv -n 4 --z-lens 0.5 --z-source 1.5 -o out", "--seed 7")
 # Fits, and studies of fits.
-FITS = {"fit"} | {f"study {study}" for study in ("which-shear", "validity", "calibration", "catalogue")}
+FITS = {"fit"} | {f"study {study}" for study in ("which-shear", "validity", "advantage", "calibration", "catalogue")}
 # What differs between equal runs.
 TIMES = {"timings.json"}
 
