@@ -90,8 +90,7 @@ impl ImageLikelihood {
 
     /// Unit-amplitude images of the lights.
     fn lights(&self, at: &Evaluation) -> Vec<Vec<f64>> {
-        let samples = at.brightness(&self.mesh);
-        samples.iter().map(|b| self.blur.convolve(&self.mesh.integrate(b))).collect()
+        at.fluxes(&self.mesh).iter().map(|fluxes| self.blur.convolve(fluxes)).collect()
     }
 
     pub(super) fn fit(&self, free: &[f64], by: By) -> Option<(Evaluation<'_>, Vec<Vec<f64>>, ImageFit)> {
@@ -176,9 +175,9 @@ impl LatentLikelihood for ImageLikelihood {
         // Columns ∂m/∂p, then B, each times √f.
         let mut columns = DMatrix::zeros(pixels, slopes.len() + lights.len());
         let (of_free, of_lights) = columns.as_mut_slice().split_at_mut(pixels * slopes.len());
-        let samples = at.columns(&self.mesh, &fit.amplitudes);
-        for (i, (samples, column)) in samples.iter().zip(of_free.chunks_exact_mut(pixels)).enumerate() {
-            self.blur.convolve_into(&self.mesh.integrate(samples), column);
+        let by_free = at.columns(&self.mesh, &fit.amplitudes);
+        for (i, (fluxes, column)) in by_free.iter().zip(of_free.chunks_exact_mut(pixels)).enumerate() {
+            self.blur.convolve_into(fluxes, column);
             gradient[i] += slopes[i] * dot(&fit.adjoint[0], column);
             column.iter_mut().zip(&root).for_each(|(v, root)| *v *= root);
         }

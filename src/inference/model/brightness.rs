@@ -1,7 +1,7 @@
 //! Surface brightness of a model at the samples of a mesh, and its derivatives forwards and backwards, in SIMD lanes.
 
 use super::compiled::CompiledModel;
-use super::mesh::Mesh;
+use super::mesh::{Mesh, PixelSums};
 use crate::error::Result;
 use crate::mapping::tidal::{LensResponse, MANY_LENSES, MOST_NUMBERS};
 use crate::mapping::{HaloExpansion, Rays};
@@ -73,8 +73,30 @@ impl Evaluation<'_> {
     /// Surface brightness of every light (sources first) at every sample, per arcsec².
     pub fn brightness(&self, mesh: &Mesh) -> Vec<Vec<f64>> {
         let mut out = vec![vec![0.0; mesh.rays.padded()]; self.lights.len()];
-        fill(&self.lens(), self.parts(), &mesh.rays, &mut out);
+        self.each_block(mesh, |start, brightness| {
+            brightness.iter().zip(&mut out).for_each(|(own, out)| own.store(out, start));
+        });
         out
+    }
+
+    /// Flux of every light (sources first) in every pixel.
+    pub fn fluxes(&self, mesh: &Mesh) -> Vec<Vec<f64>> {
+        let mut fluxes = PixelSums::new(mesh, self.lights.len());
+        self.each_block(mesh, |start, brightness| fluxes.add(start, brightness));
+        fluxes.into_columns()
+    }
+
+    /// Hands the surface brightness of every light at each block of samples to `take`.
+    fn each_block(&self, mesh: &Mesh, mut take: impl FnMut(usize, &[Lanes])) {
+        let (lens, (sources, lens_lights)) = (self.lens(), self.parts());
+        let mut brightness = vec![Lanes::ZERO; self.lights.len()];
+        for start in mesh.rays.blocks() {
+            let (theta, beta) = (mesh.rays.block(start), lens.beta(&mesh.rays, start));
+            let (of_source, of_lens) = brightness.split_at_mut(sources.len());
+            sources.iter().zip(of_source).for_each(|(light, own)| *own = light.brightness_lanes(beta));
+            lens_lights.iter().zip(of_lens).for_each(|(light, own)| *own = light.brightness_lanes(theta));
+            take(start, &brightness);
+        }
     }
 
     /// Derivatives, by the free parameters, of Σ adjoint·brightness over lights and samples.
@@ -84,9 +106,9 @@ impl Evaluation<'_> {
         self.model.gather(&by_slot.into_iter().map(Lanes::sum).collect::<Vec<_>>())
     }
 
-    /// Derivatives of Σ amplitude·brightness by every free parameter at every sample.
+    /// Derivatives of Σ amplitude·flux by every free parameter in every pixel.
     pub fn columns(&self, mesh: &Mesh, amplitudes: &[f64]) -> Vec<Vec<f64>> {
-        let mut out = vec![vec![0.0; mesh.rays.padded()]; self.model.free.len()];
+        let mut columns = PixelSums::new(mesh, self.model.free.len());
         let free: Vec<Option<usize>> = self.model.free_of_slots().collect();
         differentiate(
             &self.lens(),
@@ -94,9 +116,9 @@ impl Evaluation<'_> {
             &mesh.rays,
             amplitudes,
             (self.model.mapping_slots(), &free),
-            &mut out,
+            &mut columns,
         );
-        out
+        columns.into_columns()
     }
 
     /// β of every sample.
@@ -115,20 +137,6 @@ impl Evaluation<'_> {
 }
 
 type Lights<'a> = (&'a [Sersic], &'a [Sersic]);
-
-fn fill(lens: &LensResponse, (sources, lens_lights): Lights, rays: &Rays, out: &mut [Vec<f64>]) {
-    for start in rays.blocks() {
-        let theta = rays.block(start);
-        let beta = lens.beta(rays, start);
-        let (of_source, of_lens) = out.split_at_mut(sources.len());
-        for (light, out) in sources.iter().zip(of_source) {
-            light.brightness_lanes(beta).store(out, start);
-        }
-        for (light, out) in lens_lights.iter().zip(of_lens) {
-            light.brightness_lanes(theta).store(out, start);
-        }
-    }
-}
 
 const LIGHT_SLOTS: usize = Sersic::PARAMETERS.len();
 
@@ -171,13 +179,20 @@ fn differentiate(
     rays: &Rays,
     amplitudes: &[f64],
     (mapping_slots, free): (usize, &[Option<usize>]),
-    out: &mut [Vec<f64>],
+    columns: &mut PixelSums,
 ) {
+    let mut by_free = vec![Lanes::ZERO; columns.count()];
     let mut responses = [Cx::<Lanes>::zero(); MOST_NUMBERS + MANY_LENSES];
     let responses = &mut responses[..mapping_slots];
     for start in rays.blocks() {
         let theta = rays.block(start);
         let beta = lens.respond(rays, start, responses);
+        by_free.fill(Lanes::ZERO);
+        let mut add = |slot: usize, derivative: Lanes| {
+            if let Some(i) = free[slot] {
+                by_free[i] += derivative;
+            }
+        };
         let mut gradient = Cx::zero();
         for (j, (light, amplitude)) in sources.iter().chain(lens_lights).zip(amplitudes).enumerate() {
             let mut own = [Lanes::ZERO; LIGHT_SLOTS];
@@ -187,20 +202,12 @@ fn differentiate(
                 light.response_lanes(theta, &mut own);
             }
             for (k, own) in own.into_iter().enumerate() {
-                add(free[mapping_slots + LIGHT_SLOTS * j + k], start, own * *amplitude, out);
+                add(mapping_slots + LIGHT_SLOTS * j + k, own * *amplitude);
             }
         }
         for (slot, response) in responses.iter().enumerate() {
-            add(free[slot], start, gradient.dot(*response), out);
+            add(slot, gradient.dot(*response));
         }
-    }
-}
-
-/// Adds the derivative by a slot to the column of the free parameter that fills it.
-#[inline(always)]
-fn add(free: Option<usize>, start: usize, derivative: Lanes, out: &mut [Vec<f64>]) {
-    if let Some(i) = free {
-        let sum = Lanes::load(&out[i], start) + derivative;
-        sum.store(&mut out[i], start);
+        columns.add(start, &by_free);
     }
 }

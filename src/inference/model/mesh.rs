@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::imaging::SkyGrid;
 use crate::mapping::Rays;
+use crate::numerics::real::{LANES, Lanes};
 
 /// Samples of every pixel and their weights; the flux of a pixel is Σ weight·brightness.
 ///
@@ -108,19 +109,7 @@ impl Mesh {
         self.weight.len()
     }
 
-    /// Flux of every pixel from the brightness of the samples.
-    pub(crate) fn integrate(&self, brightness: &[f64]) -> Vec<f64> {
-        if self.samples() + 1 == self.first.len() {
-            return self.weight.iter().zip(brightness).map(|(w, b)| w * b).collect();
-        }
-        let flux = |ends: &[usize]| {
-            let samples = ends[0]..ends[1];
-            self.weight[samples.clone()].iter().zip(&brightness[samples]).map(|(w, b)| w * b).sum()
-        };
-        self.first.windows(2).map(flux).collect()
-    }
-
-    /// The transpose of [`Self::integrate`], filled up to whole lanes.
+    /// The transpose of [`PixelSums`]: weight·value of its pixel for every sample, filled up to whole lanes.
     pub(crate) fn distribute(&self, by_pixel: &[f64]) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.rays.padded());
         for (ends, value) in self.first.windows(2).zip(by_pixel) {
@@ -131,9 +120,87 @@ impl Mesh {
     }
 }
 
+/// Fluxes of pixels, or derivatives of them, in columns to which blocks of samples are added in turn.
+///
+/// The brightness of all samples would fill many times the processor's second-level cache.
+pub(super) struct PixelSums<'a> {
+    mesh: &'a Mesh,
+    /// The pixel of the last sample added.
+    pixel: usize,
+    columns: Vec<Vec<f64>>,
+}
+
+impl<'a> PixelSums<'a> {
+    /// `count` columns of zeros.
+    pub fn new(mesh: &'a Mesh, count: usize) -> Self {
+        Self { mesh, pixel: 0, columns: vec![vec![0.0; mesh.first.len() - 1]; count] }
+    }
+
+    /// Number of columns.
+    pub fn count(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Adds the samples of the block that begins at `start`: a brightness of each for every column.
+    pub fn add(&mut self, start: usize, brightness: &[Lanes]) {
+        let first = &self.mesh.first;
+        let weight = Lanes::load_or_zero(&self.mesh.weight, start);
+        if self.mesh.samples() == first.len() - 1 {
+            let columns = self.columns.iter_mut().zip(brightness);
+            columns.for_each(|(column, own)| (*own * weight).store(column, start));
+            return;
+        }
+        let end = self.mesh.samples().min(start + LANES);
+        let mut sample = start;
+        while sample < end {
+            while first[self.pixel + 1] <= sample {
+                self.pixel += 1;
+            }
+            let next = first[self.pixel + 1].min(end);
+            let run = sample - start..next - start;
+            for (column, own) in self.columns.iter_mut().zip(brightness) {
+                let flux = &mut column[self.pixel];
+                *flux =
+                    weight.0[run.clone()].iter().zip(&own.0[run.clone()]).fold(*flux, |f, (w, b)| f + w * b);
+            }
+            sample = next;
+        }
+    }
+
+    /// The columns, when all samples were added.
+    pub fn into_columns(self) -> Vec<Vec<f64>> {
+        self.columns
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::real::Real;
+
+    #[test]
+    fn samples_are_added_to_their_own_pixels() {
+        let grid = SkyGrid::new(7, 0.1).unwrap();
+        let spike = |[x, y]: &[f64; 2]| 1.0 / (1e-3 + x * x + y * y);
+        let fine = Mesh::adaptive(&grid, &[1e-4; 49], |points| Ok(vec![points.iter().map(spike).collect()]))
+            .unwrap();
+        assert!(fine.samples() > 10 * LANES, "{}", fine.samples());
+        for mesh in [Mesh::of_centres(&grid), fine] {
+            let theta = mesh.rays.theta_arcsec();
+            let mut sums = PixelSums::new(&mesh, 2);
+            for start in mesh.rays.blocks() {
+                let lanes = mesh.rays.block(start);
+                sums.add(start, &[Lanes::splat(1.0), lanes.re]);
+            }
+            let columns = sums.into_columns();
+            for (pixel, ends) in mesh.first.windows(2).enumerate() {
+                let of_pixel = |value: fn([f64; 2]) -> f64| -> f64 {
+                    (ends[0]..ends[1]).map(|i| mesh.weight[i] * value(theta[i])).sum()
+                };
+                assert_eq!([columns[0][pixel], columns[1][pixel]], [of_pixel(|_| 1.0), of_pixel(|[x, _]| x)]);
+            }
+        }
+    }
 
     #[test]
     fn brightness_that_no_mesh_resolves_is_refused_before_it_fills_the_memory() {
