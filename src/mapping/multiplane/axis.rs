@@ -8,7 +8,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kick::Kick;
+use super::kick::{Distortion, Kick};
 use super::plane::Plane;
 
 /// The line from which positions in every plane are measured.
@@ -60,7 +60,7 @@ impl Axis {
             settle(plane, ray.x.map(|x| x * plane.inv_chi));
             let mut kick = [0.0; 2];
             let turn = |_, k: Kick| kick = k.f_alpha_arcsec;
-            plane.kick::<0, 1>(&ray.x.map(|x| [x]), plane.inv_chi, (|_: &_| (), turn));
+            plane.kick::<0, 1>(&ray.x.map(|x| [x]), plane.inv_chi, &mut Distortion::none(), turn);
             ray.s = [0, 1].map(|c| ray.s[c] - kick[c]);
             ray
         });

@@ -117,20 +117,14 @@ impl Meeting {
     }
 
     fn distorts(&self, at: Complex<f64>) -> Distorts {
-        let (mut hessian, mut third_per_arcsec, mut deflection_arcsec) = ([0.0; 3], [0.0; 4], [0.0; 2]);
-        let reduced = self.reduced;
-        self.plane.kick::<2, 1>(
-            &[[at.re], [at.im]],
-            1.0,
-            (
-                |distortion: &Distortion<1>| {
-                    hessian = distortion.h.map(|[h]| h * reduced);
-                    third_per_arcsec = distortion.t.map(|[t]| t * reduced);
-                },
-                |_, kick: Kick| deflection_arcsec = kick.f_alpha_arcsec.map(|a| a * reduced),
-            ),
-        );
-        Distorts { deflection_arcsec, hessian, third_per_arcsec }
+        let (mut f_alpha_arcsec, mut distortion) = ([0.0; 2], Distortion::none());
+        let turn = |_, kick: Kick| f_alpha_arcsec = kick.f_alpha_arcsec;
+        self.plane.kick::<2, 1>(&[[at.re], [at.im]], 1.0, &mut distortion, turn);
+        Distorts {
+            deflection_arcsec: f_alpha_arcsec.map(|a| a * self.reduced),
+            hessian: distortion.h.map(|[h]| h * self.reduced),
+            third_per_arcsec: distortion.t.map(|[t]| t * self.reduced),
+        }
     }
 
     /// What the halo does to ray `i`.

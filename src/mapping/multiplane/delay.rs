@@ -3,7 +3,7 @@
 //! c·τ = ½ΣΔχ|s|² − |x_end − x_start|²/2(χ_end − χ_start) − Σ f χ ψ, in comoving coordinates. Conformal time equals
 //! observed delay for a = 1 today; ψ is zero at each halo's centre.
 
-use super::kick::Kick;
+use super::kick::{Distortion, Kick};
 use super::plane::{LensPlane, Plane};
 use crate::constants::{ARCSEC_RAD, MPC_OVER_C_DAYS};
 
@@ -33,7 +33,9 @@ impl Ray {
             self.advance(plane.chi_cmpc);
             let theta = self.x.map(|x| x * plane.inv_chi);
             let mut kick = [0.0; 2];
-            plane.kick::<0, 1>(&theta.map(|t| [t]), 1.0, (|_: &_| (), |_, k: Kick| kick = k.f_alpha_arcsec));
+            plane.kick::<0, 1>(&theta.map(|t| [t]), 1.0, &mut Distortion::none(), |_, k: Kick| {
+                kick = k.f_alpha_arcsec
+            });
             self.kick(kick, plane.potential(theta));
         }
     }

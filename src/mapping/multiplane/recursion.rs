@@ -162,7 +162,7 @@ impl<const N: usize> RaysTogether<N> {
         let inv_chi = 1.0 / self.chi_cmpc;
         let theta = |i: usize| [self.x[0][i] * inv_chi, self.x[1][i] * inv_chi];
         if ORDER >= 1 {
-            let mut distortion = Distortion::NONE;
+            let mut distortion = Distortion::none();
             let Distortion { h, t } = &mut distortion;
             for i in 0..used {
                 [h[0][i], h[1][i], h[2][i]] = lens.hessian(theta(i));
@@ -260,7 +260,7 @@ fn trace_run<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
     rays: &mut RaysTogether<N>,
     planes: &[Plane],
 ) {
-    let mut distortion = Distortion::NONE;
+    let mut distortion = Distortion::none();
     for plane in planes {
         rays.advance::<ORDER>(plane.chi_cmpc);
         let RaysTogether { x, s, by_theta, .. } = &mut *rays;

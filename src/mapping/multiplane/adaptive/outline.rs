@@ -2,7 +2,7 @@
 
 use super::field::Field;
 use super::sample::Spot;
-use crate::mapping::multiplane::kick::Kick;
+use crate::mapping::multiplane::kick::{Distortion, Kick};
 use crate::mapping::multiplane::plane::Plane;
 use crate::mapping::multiplane::span::Span;
 use crate::numerics::dispatch::kernel;
@@ -85,6 +85,7 @@ kernel! {
         tolerance: f64,
         rough: &mut Vec<Found>,
     ) {
+        let mut distortion = Distortion::none();
         for (number, plane) in planes.iter().enumerate() {
             let spot = outline.advance(plane.chi_cmpc, plane.inv_chi);
             let Outline { x, s, .. } = &mut *outline;
@@ -92,14 +93,12 @@ kernel! {
             plane.kick::<0, RAYS>(
                 x,
                 plane.inv_chi,
-                (
-                    |_: &_| (),
-                    |i: usize, kick: Kick| {
-                        alpha = alpha.max(kick.fkm * kick.fkm * kick.u);
-                        s[0][i] -= kick.f_alpha_arcsec[0];
-                        s[1][i] -= kick.f_alpha_arcsec[1];
-                    },
-                ),
+                &mut distortion,
+                |i: usize, kick: Kick| {
+                    alpha = alpha.max(kick.fkm * kick.fkm * kick.u);
+                    s[0][i] -= kick.f_alpha_arcsec[0];
+                    s[1][i] -= kick.f_alpha_arcsec[1];
+                },
             );
             let alpha = (alpha / plane.inv_r_s2).sqrt();
             if spot.is_rough(plane, alpha, tolerance) {

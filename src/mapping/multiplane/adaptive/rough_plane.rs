@@ -13,16 +13,15 @@ pub(super) enum RoughPlane {
     Lens(LensPlane),
 }
 
-/// The kick f·α of rays, its Hessian (xx, xy, yy) and its third derivatives (xxx, xxy, xyy, yyy).
+/// The kick f·α of rays and its derivatives.
 pub(super) struct Kicks {
     pub kick: [Lanes; 2],
-    pub hessian: [Lanes; 3],
-    pub third: [Lanes; 4],
+    pub distortion: Distortion<LANES>,
 }
 
 impl Kicks {
     pub fn zero() -> Self {
-        Self { kick: [[0.0; LANES]; 2], hessian: [[0.0; LANES]; 3], third: [[0.0; LANES]; 4] }
+        Self { kick: [[0.0; LANES]; 2], distortion: Distortion::none() }
     }
 }
 
@@ -38,32 +37,22 @@ impl RoughPlane {
     /// Kicks of the first `used` rays, which meet the plane in the directions `theta`.
     #[inline(always)]
     pub fn kick<const ORDER: usize>(&self, theta: &[Lanes; 2], used: usize, kicks: &mut Kicks) {
-        let Kicks { kick, hessian, third } = kicks;
+        let Kicks { kick, distortion } = kicks;
         match self {
-            Self::Halo(plane) => plane.kick::<ORDER, LANES>(
-                theta,
-                1.0,
-                (
-                    |distortion: &Distortion<LANES>| {
-                        *hessian = distortion.h;
-                        if ORDER >= 2 {
-                            *third = distortion.t;
-                        }
-                    },
-                    |i: usize, own: Kick| (0..2).for_each(|c| kick[c][i] = own.f_alpha_arcsec[c]),
-                ),
-            ),
+            Self::Halo(plane) => plane.kick::<ORDER, LANES>(theta, 1.0, distortion, |i: usize, own: Kick| {
+                (0..2).for_each(|c| kick[c][i] = own.f_alpha_arcsec[c])
+            }),
             Self::Lens(plane) => {
                 for i in 0..used {
                     let at = [theta[0][i], theta[1][i]];
                     [kick[0][i], kick[1][i]] = plane.kick(at);
                     if ORDER >= 1 {
                         let h = plane.hessian(at);
-                        (0..3).for_each(|c| hessian[c][i] = h[c]);
+                        (0..3).for_each(|c| distortion.h[c][i] = h[c]);
                     }
                     if ORDER >= 2 {
                         let t = plane.third_derivatives(at);
-                        (0..4).for_each(|c| third[c][i] = t[c]);
+                        (0..4).for_each(|c| distortion.t[c][i] = t[c]);
                     }
                 }
             }

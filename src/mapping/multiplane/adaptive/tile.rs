@@ -6,6 +6,7 @@ use super::chebyshev::{Basis, Jet, LANES, Lanes, Series};
 use super::field::Field;
 use super::rough_plane::{Kicks, RoughPlane};
 use super::sample::{Met, RAYS};
+use crate::mapping::multiplane::kick::Distortion;
 use crate::mapping::multiplane::span::Span;
 use crate::mapping::{Order, RayBundle};
 use crate::numerics::dispatch::kernel;
@@ -152,7 +153,7 @@ impl State {
     #[allow(clippy::needless_range_loop, reason = "tensor indices")]
     #[inline(always)]
     pub fn kick<const ORDER: usize>(&mut self, path: &Jet<2>, rows: &Jet<8>, kicks: &Kicks, w: f64) {
-        let (h, t) = (&kicks.hessian, &kicks.third);
+        let Distortion { h, t } = &kicks.distortion;
         let mut first = [[[0.0; LANES]; 2]; 2];
         let mut second = [[[0.0; LANES]; 3]; 2];
         for c in 0..2 {
