@@ -26,8 +26,8 @@ fn main() -> Result<()> {
             let (likelihood, truth) = mock(seed, system)?;
             let from_truth = climb_from(&likelihood, truth)?;
             let mut search = StartSearch::default();
-            while !search.is_done(&likelihood) {
-                search.advance(&likelihood, seed, &Silent)?;
+            while !search.is_done() {
+                search.advance(&likelihood, (PixelSampling::Point, seed), &Silent)?;
             }
             let best = search.best().unwrap_or(&from_truth);
             let values = likelihood.model().at_latent(&best.latent).0;

@@ -6,7 +6,7 @@ use super::diagnose::{Convergence, DrawStatistics, Goodness, doubts};
 use super::fit_settings::FitSettings;
 use super::likelihood::{Counter, ImageLikelihood, ModelImage, Observation};
 use super::model::{CompiledModel, Quantity};
-use super::optimise::{Maximum, StartSearch, to_the_top};
+use super::optimise::{Maximum, to_the_top};
 use super::profile::{Profile, profiles};
 use super::run::{RunStatus, SamplerRun};
 use super::sample::{Chains, Evidence, Problem};
@@ -112,7 +112,10 @@ impl Fit {
         doubts.iter().for_each(|doubt| store.doubt(doubt));
         let mut state = FitState::load(store, &likelihood, &settings)?;
         let fit = Self::go_on(likelihood, settings, &mut state, store, monitor);
-        let fit = fit.map(|fit| Self { doubts, unsampled: unsampled(&fit, &state.search), ..fit });
+        let fit = fit.map(|fit| {
+            let unsampled = unsampled(&fit, state.high(fit.settings.pixel_sampling));
+            Self { doubts, unsampled, ..fit }
+        });
         if matches!(fit, Err(Error::Cancelled)) {
             store.save(&state)?;
         }
@@ -142,13 +145,14 @@ impl Fit {
         store: &mut dyn FitStore,
         monitor: &dyn Monitor,
     ) -> Result<Self> {
-        let start = state.start(&mut likelihood, &settings, store, monitor)?;
+        let modes = state.start(&mut likelihood, &settings, store, monitor)?;
+        let start = modes[0].clone();
         let quantities = |z: &[f64]| quantities(likelihood.model(), z);
         let task = monitor.task("sampling", None);
         let (run, status) = loop {
             match &mut state.run {
                 None => {
-                    let starts = state.starts(&likelihood, &start, monitor)?;
+                    let starts: Vec<Vec<f64>> = modes.iter().map(|mode| mode.latent.clone()).collect();
                     let problem =
                         Problem { likelihood: &likelihood, starts: &starts, metric: Some(&start.metric) };
                     let run = SamplerRun::start(&settings.sampler, settings.seed, &problem, monitor)?;
@@ -276,8 +280,8 @@ fn expansion_error_arcsec(
     Ok(Some(largest))
 }
 
-/// The highest maximum of the search one of whose coordinates is well outside all draws.
-fn unsampled(fit: &Fit, search: &StartSearch) -> Option<UnsampledMaximum> {
+/// The highest of maxima one of whose coordinates is well outside all draws.
+fn unsampled(fit: &Fit, high: &[Maximum]) -> Option<UnsampledMaximum> {
     let chains = &fit.chains;
     let draws = || chains.chains.iter().flat_map(|chain| chain.z.chunks_exact(chains.dimension));
     let ranges: Vec<[f64; 2]> = (0..chains.dimension)
@@ -285,7 +289,7 @@ fn unsampled(fit: &Fit, search: &StartSearch) -> Option<UnsampledMaximum> {
         .collect();
     // In units of the draws' range, which is six deviations or more of theirs.
     let outside = |z: f64, [low, high]: [f64; 2]| (low - z).max(z - high) / (high - low);
-    search.high().find_map(|maximum| {
+    high.iter().find_map(|maximum| {
         let (i, by) = (0..chains.dimension)
             .map(|i| (i, outside(maximum.latent[i], ranges[i])))
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -294,7 +298,7 @@ fn unsampled(fit: &Fit, search: &StartSearch) -> Option<UnsampledMaximum> {
         (by > WELL).then(|| {
             let model = fit.likelihood.model();
             UnsampledMaximum {
-                below: search.best().map_or(0.0, |best| best.log_posterior) - maximum.log_posterior,
+                below: high[0].log_posterior - maximum.log_posterior,
                 outside: (model.free[i].name.clone(), model.at_latent(&maximum.latent).0[i]),
             }
         })

@@ -14,8 +14,8 @@ use crate::monitor::Monitor;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FitState {
     pub(super) search: StartSearch,
-    /// The maximum found with pixels sampled at their centres, then that of each refinement.
-    maxima: Vec<Maximum>,
+    /// The modes found with pixels sampled at their centres, the highest first, then those of each refinement.
+    modes: Vec<Vec<Maximum>>,
     evaluations: u64,
     pub(super) run: Option<SamplerRun>,
 }
@@ -64,10 +64,28 @@ fn refinements(likelihood: &ImageLikelihood, sampling: PixelSampling) -> usize {
     }
 }
 
+/// Of maxima, the highest first, those within 3 of it in ln p, which draws of the posterior should reach.
+fn high(maxima: &[Maximum]) -> &[Maximum] {
+    const BELOW: f64 = 3.0;
+    let least = maxima.first().map_or(f64::INFINITY, |best| best.log_posterior - BELOW);
+    &maxima[..maxima.partition_point(|maximum| maximum.log_posterior > least)]
+}
+
+/// Those of them that are modes of their own: so far from each other that normal posteriors about them do not meet.
+fn modes_among(maxima: &[Maximum]) -> Vec<Maximum> {
+    let mut modes: Vec<Maximum> = vec![];
+    for maximum in high(maxima) {
+        if modes.iter().all(|mode| mode.is_apart_from(maximum)) {
+            modes.push(maximum.clone());
+        }
+    }
+    modes
+}
+
 impl FitState {
     /// That of a fit whose blind start ended at `maximum`, before the pixels are refined.
     pub(super) fn at(maximum: Maximum) -> Self {
-        Self { maxima: vec![maximum], ..Self::default() }
+        Self { modes: vec![vec![maximum]], ..Self::default() }
     }
 
     /// The state that `store` has of this fit, or none yet.
@@ -89,74 +107,68 @@ impl FitState {
         let dimension = likelihood.dimension();
         let most = 1 + refinements(likelihood, settings.pixel_sampling);
         let run_fits = |run: &SamplerRun| {
-            self.maxima.len() == most && run.fits(&settings.sampler, settings.seed, dimension)
+            self.modes.len() == most && run.fits(&settings.sampler, settings.seed, dimension)
         };
         self.search.fits(dimension)
-            && self.maxima.len() <= most
-            && self.maxima.iter().all(|maximum| maximum.fits(dimension))
+            && self.modes.len() <= most
+            && self.modes.iter().all(|modes| !modes.is_empty())
+            && self.modes.iter().flatten().all(|mode| mode.fits(dimension))
             && self.run.as_ref().is_none_or(run_fits)
     }
 
-    /// The start of the sampler; `likelihood` is then refined. What has been done before is not done again, but for the
-    /// refinements, which follow from the maxima.
+    /// Where the sampler starts, the highest mode first; `likelihood` is then refined. What has been done before is not done
+    /// again, but for the refinements, which follow from the modes.
     pub(super) fn start(
         &mut self,
         likelihood: &mut ImageLikelihood,
         settings: &FitSettings,
         store: &mut dyn FitStore,
         monitor: &dyn Monitor,
-    ) -> Result<Maximum> {
-        if self.maxima.is_empty() {
-            while !self.search.is_done(likelihood) {
-                self.search.advance(likelihood, settings.seed, monitor)?;
+    ) -> Result<Vec<Maximum>> {
+        let how = (settings.pixel_sampling, settings.seed);
+        if self.modes.is_empty() {
+            while !self.search.is_done() {
+                self.search.advance(likelihood, how, monitor)?;
                 store.save(self)?;
             }
-            self.maxima.extend(self.search.best().cloned());
+            let mut modes = modes_among(self.search.found());
+            if likelihood.model().haloes().is_some() {
+                // Rays through haloes are expanded about the start alone.
+                modes.truncate(1);
+            }
+            if modes.is_empty() {
+                return Err(no_model(likelihood));
+            }
+            self.modes.push(modes);
         }
-        let Some(mut start) = self.maxima.first().cloned() else { return Err(no_model(likelihood)) };
         for refined in 1..=refinements(likelihood, settings.pixel_sampling) {
             monitor.check()?;
-            let how = (settings.pixel_sampling, settings.seed);
-            let others = self.modes_beside(likelihood, &start);
-            let others: Vec<Mode> =
-                others.iter().map(|mode| (mode.latent.as_slice(), &mode.metric)).collect();
-            likelihood.refine((&start.latent, &start.metric), &others, how, monitor)?;
-            if self.maxima.len() <= refined {
+            let modes: Vec<Mode> = self.modes[refined - 1].iter().map(Maximum::mode).collect();
+            likelihood.refine(&modes, how, monitor)?;
+            if self.modes.len() <= refined {
                 let counter = Counter::new(monitor);
-                let top = to_the_top(&counter.watch(likelihood), start.latent);
+                let own = counter.watch(likelihood);
+                let from = self.modes[refined - 1].iter();
+                let mut tops: Vec<Maximum> =
+                    from.filter_map(|mode| to_the_top(&own, mode.latent.clone())).collect();
                 self.evaluations += counter.evaluations()?;
-                self.maxima.push(top.ok_or_else(|| no_model(likelihood))?);
+                if tops.is_empty() {
+                    return Err(no_model(likelihood));
+                }
+                tops.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+                self.modes.push(modes_among(&tops));
                 store.save(self)?;
             }
-            start = self.maxima[refined].clone();
         }
-        Ok(start)
+        Ok(self.modes.last().cloned().unwrap_or_default())
     }
 
-    /// Other modes nearly as high as the start, which chains should reach too; none where rays through haloes are expanded about
-    /// the start.
-    fn modes_beside(&self, likelihood: &ImageLikelihood, start: &Maximum) -> Vec<Maximum> {
-        match likelihood.model().haloes() {
-            Some(_) => vec![],
-            None => self.search.modes_beside(start),
+    /// Maxima nearly as high as the highest, the highest first, of the likelihood that is sampled where its pixels were refined.
+    pub(super) fn high(&self, sampling: PixelSampling) -> &[Maximum] {
+        match (sampling, self.modes.last()) {
+            (PixelSampling::Adaptive, Some(modes)) => modes,
+            _ => high(self.search.found()),
         }
-    }
-
-    /// Where chains are to start: the start, and the tops of the other modes of the refined likelihood.
-    pub(super) fn starts(
-        &mut self,
-        likelihood: &ImageLikelihood,
-        start: &Maximum,
-        monitor: &dyn Monitor,
-    ) -> Result<Vec<Vec<f64>>> {
-        let mut starts = vec![start.latent.clone()];
-        for mode in self.modes_beside(likelihood, start) {
-            let counter = Counter::new(monitor);
-            let top = to_the_top(&counter.watch(likelihood), mode.latent);
-            self.evaluations += counter.evaluations()?;
-            starts.extend(top.filter(|top| top.is_apart_from(start)).map(|top| top.latent));
-        }
-        Ok(starts)
     }
 
     /// Evaluations of the likelihood before sampling.

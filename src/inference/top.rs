@@ -34,7 +34,7 @@ impl Top {
             Some(latent) => FitState::at(climbed_from(&likelihood, latent, monitor)?),
             None => FitState::default(),
         };
-        let maximum = state.start(&mut likelihood, settings, &mut NoStore, monitor)?;
+        let maximum = state.start(&mut likelihood, settings, &mut NoStore, monitor)?.swap_remove(0);
         Ok(Self { likelihood, maximum })
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::conditional_maximum::Axes;
-use crate::inference::likelihood::{Curvature, LatentLikelihood};
+use crate::inference::likelihood::{Curvature, LatentLikelihood, Mode};
 
 /// A maximum of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,11 @@ impl Maximum {
     /// Whether it is of a problem of that dimension.
     pub(in crate::inference) fn fits(&self, dimension: usize) -> bool {
         self.latent.len() == dimension && self.metric.shape() == (dimension, dimension)
+    }
+
+    /// As the likelihood's refinements take it.
+    pub(in crate::inference) fn mode(&self) -> Mode<'_> {
+        (&self.latent, &self.metric)
     }
 
     /// ln ∫ L(z) N(z; 0, 1) dz by Laplace's approximation: ln p − ½ ln det(metric); none where the metric is indefinite.

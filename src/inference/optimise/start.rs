@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::climb::{Maximum, climb, to_the_top};
 use super::guess::{Known, RADII, ROUNDS_NEAR, SHAPES, guess, held_at_first};
 use crate::error::{Error, Result};
+use crate::imaging::PixelSampling;
 use crate::inference::likelihood::{CountedLikelihood, Counter, ImageLikelihood, LatentLikelihood};
 use crate::monitor::Monitor;
 
@@ -25,6 +26,10 @@ const MOST_ROUNDS: u64 = 10;
 const CLIMBED_ON: usize = 3;
 /// Maxima whose ln p differ by less are the same.
 const SAME: f64 = 1.0;
+/// Of the noise of each pixel, its error of integration after the first round.
+const TOLERANCE_OF_NOISE: f64 = 0.1;
+/// Deviations of χ² above one that noise leaves.
+const OF_NOISE: f64 = 3.0;
 
 /// A search for the posterior's highest maximum, between two rounds.
 ///
@@ -41,6 +46,9 @@ const SAME: f64 = 1.0;
 /// for it; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its
 /// χ² is above what noise leaves, else the search goes on; ten rounds end it.
 ///
+/// Where pixels are to be integrated they are sampled at their centres in the first round, then as the highest maximum so far
+/// needs it: whenever a round has found a higher one they are sampled anew about that, and all climbs begin again.
+///
 /// As long as nothing has been reached twice, or where χ² is above what noise leaves, each round also climbs on from the highest
 /// maxima so far: again, as bent valleys end climbs early, and where χ² is above noise through short exposures.
 ///
@@ -55,8 +63,12 @@ pub struct StartSearch {
     simpler: Option<Box<StartSearch>>,
     /// Rounds of guesses and of challenges.
     rounds: u64,
-    /// The finalists of all rounds, the highest first.
+    /// The finalists of all rounds, the highest first; since pixels were sampled anew, those that are followed.
     finals: Vec<Maximum>,
+    /// By how many deviations the χ² of the highest is above one: √(2/N) each, per degree of freedom.
+    judged: Option<f64>,
+    /// Where pixels are to be integrated: the maximum about which they are sampled.
+    sampled_about: Option<Maximum>,
     /// Whether the maximum that was the highest then has been reached twice.
     is_found_twice: bool,
     /// Challenges that the highest has withstood.
@@ -70,23 +82,9 @@ impl StartSearch {
         self.finals.first()
     }
 
-    /// The maxima within 3 of the highest in ln p, which draws of the posterior should reach.
-    pub(in crate::inference) fn high(&self) -> impl Iterator<Item = &Maximum> {
-        const BELOW: f64 = 3.0;
-        let least = self.best().map_or(f64::INFINITY, |best| best.log_posterior - BELOW);
-        self.finals.iter().take_while(move |maximum| maximum.log_posterior > least)
-    }
-
-    /// Those of them that are modes of their own beside `start`: so far from it and from each other that normal posteriors about
-    /// them do not meet.
-    pub(in crate::inference) fn modes_beside(&self, start: &Maximum) -> Vec<Maximum> {
-        let mut modes = vec![start.clone()];
-        for maximum in self.high() {
-            if modes.iter().all(|mode| mode.is_apart_from(maximum)) {
-                modes.push(maximum.clone());
-            }
-        }
-        modes.split_off(1)
+    /// The finalists, the highest first.
+    pub(in crate::inference) fn found(&self) -> &[Maximum] {
+        &self.finals
     }
 
     /// Evaluations of the likelihoods so far, the simpler model's too.
@@ -95,44 +93,59 @@ impl StartSearch {
     }
 
     /// Whether the highest maximum is taken for the posterior's own.
-    pub fn is_done(&self, likelihood: &ImageLikelihood) -> bool {
-        let challenges = || fewest(likelihood, &self.finals[0]).challenges;
-        self.rounds >= MOST_ROUNDS || self.is_found(likelihood) && self.withstood >= challenges()
+    pub fn is_done(&self) -> bool {
+        let challenges = if self.is_of_noise() { 1 } else { 2 };
+        self.rounds >= MOST_ROUNDS || self.is_found() && self.withstood >= challenges
     }
 
-    /// Whether guesses have reached the highest maximum often enough.
-    fn is_found(&self, likelihood: &ImageLikelihood) -> bool {
-        self.is_found_twice && self.rounds >= fewest(likelihood, &self.finals[0]).rounds
+    /// Whether the χ² of the highest maximum is one that noise leaves.
+    fn is_of_noise(&self) -> bool {
+        self.judged.is_some_and(|deviations| deviations < OF_NOISE)
+    }
+
+    /// Whether guesses have reached the highest maximum often enough: the more, the more its χ² is above what noise leaves.
+    fn is_found(&self) -> bool {
+        let rounds = self.judged.map_or(MOST_ROUNDS, |deviations| match self.is_of_noise() {
+            true => 1,
+            false => (deviations as u64).min(MOST_ROUNDS),
+        });
+        self.is_found_twice && self.rounds >= rounds
     }
 
     /// The next round.
     ///
     /// # Errors
     /// [`Error::Cancelled`], after which the search is as it was before the round.
-    pub fn advance(&mut self, likelihood: &ImageLikelihood, seed: u64, monitor: &dyn Monitor) -> Result<()> {
+    pub fn advance(
+        &mut self,
+        likelihood: &ImageLikelihood,
+        (sampling, seed): (PixelSampling, u64),
+        monitor: &dyn Monitor,
+    ) -> Result<()> {
         let mut known = None;
         if let Some(simpler) = likelihood.simpler() {
             let search = self.simpler.get_or_insert_default();
             if !(search.is_found_twice || search.rounds >= ROUNDS_NEAR) {
-                return search.round(&simpler, None, (seed, "power law"), monitor);
+                return search.round(&simpler, None, (sampling, seed, "power law"), monitor);
             }
             known = search.best().and_then(|highest| Known::from_simpler(simpler.model(), highest));
         }
-        self.round(likelihood, known, (seed, "start"), monitor)
+        self.round(likelihood, known, (sampling, seed, "start"), monitor)
     }
 
     fn round(
         &mut self,
-        likelihood: &ImageLikelihood,
+        centres: &ImageLikelihood,
         mut known: Option<Known>,
-        (seed, name): (u64, &str),
+        (sampling, seed, name): (PixelSampling, u64, &str),
         monitor: &dyn Monitor,
     ) -> Result<()> {
         let counter = Counter::new(monitor);
+        let likelihood = &self.sampled(centres, seed, monitor)?;
         let highest = self.finals.first().map(|highest| highest.log_posterior);
         // What nothing has reached twice is challenged in every other round all the same.
         let is_due = self.rounds >= ROUNDS_NEAR && !self.rounds.is_multiple_of(2);
-        let is_challenge = self.is_found(likelihood) || is_due;
+        let is_challenge = self.is_found() || is_due;
         if is_challenge {
             let highest = self.finals.first();
             known = highest.and_then(|highest| Known::from_maximum(likelihood.model(), highest)).or(known);
@@ -142,11 +155,16 @@ impl StartSearch {
         next.rounds += 1;
         next.finals.extend(finals);
         next.sort();
+        next.judge(likelihood);
         next.climb_on(likelihood, &counter);
-        next.evaluations += counter.evaluations()?;
+        next.judge(likelihood);
         let is_higher = |highest| next.finals[0].log_posterior - highest >= SAME;
-        next.withstood =
-            if highest.is_some_and(is_higher) { 0 } else { next.withstood + u64::from(is_challenge) };
+        let is_higher = highest.is_some_and(is_higher);
+        next.withstood = if is_higher { 0 } else { next.withstood + u64::from(is_challenge) };
+        if sampling == PixelSampling::Adaptive && (is_higher || next.sampled_about.is_none()) {
+            next.sample_anew(centres, seed, (&counter, monitor))?;
+        }
+        next.evaluations += counter.evaluations()?;
         *self = next;
         Ok(())
     }
@@ -158,12 +176,69 @@ impl StartSearch {
             matches!(self.finals.as_slice(), [a, b, ..] if a.log_posterior - b.log_posterior < SAME);
     }
 
+    /// Finds out whether the highest maximum describes the image.
+    fn judge(&mut self, likelihood: &ImageLikelihood) {
+        self.judged = self.finals.first().map(|highest| deviations(likelihood, &highest.latent));
+    }
+
+    /// The likelihood with its pixels sampled as in this search's next round.
+    fn sampled(
+        &self,
+        centres: &ImageLikelihood,
+        seed: u64,
+        monitor: &dyn Monitor,
+    ) -> Result<ImageLikelihood> {
+        let mut likelihood = centres.clone();
+        if let Some(about) = &self.sampled_about {
+            likelihood.refine_mesh(&[about.mode()], TOLERANCE_OF_NOISE, seed, monitor)?;
+        }
+        Ok(likelihood)
+    }
+
+    /// The highest maxima, no more than two of a kind.
+    fn followed(&self) -> Vec<Maximum> {
+        let mut followed: Vec<Maximum> = vec![];
+        for maximum in &self.finals {
+            let alike = followed.iter().filter(|other| !other.is_apart_from(maximum)).count();
+            if alike < 2 && followed.len() < FINALISTS {
+                followed.push(maximum.clone());
+            }
+        }
+        followed
+    }
+
+    /// Samples pixels anew about the highest maximum, and climbs to the top again from all that are followed.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; a maximum that no mesh resolves changes nothing.
+    fn sample_anew(
+        &mut self,
+        centres: &ImageLikelihood,
+        seed: u64,
+        (counter, monitor): (&Counter, &dyn Monitor),
+    ) -> Result<()> {
+        let next = Self { sampled_about: self.best().cloned(), ..self.clone() };
+        let likelihood = match next.sampled(centres, seed, monitor) {
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(_) => return Ok(()),
+            Ok(likelihood) => likelihood,
+        };
+        let own = counter.watch(&likelihood);
+        let again = |maximum: Maximum| to_the_top(&own, maximum.latent);
+        let finals: Vec<Maximum> = self.followed().into_par_iter().filter_map(again).collect();
+        if !finals.is_empty() {
+            *self = Self { finals, is_found_twice: false, withstood: 0, ..next };
+            self.sort();
+            self.judge(&likelihood);
+        }
+        Ok(())
+    }
+
     /// Climbs on from the highest maxima where nothing has been reached twice, or χ² is above what noise leaves: again, along
     /// valleys so bent that a climb ends before their top, and in the second case through short exposures to other maxima.
     fn climb_on(&mut self, likelihood: &ImageLikelihood, counter: &Counter) {
         let own = counter.watch(likelihood);
-        let is_of_noise = |highest: &Maximum| fewest(likelihood, highest).rounds == 1;
-        let is_of_noise = self.finals.first().is_none_or(is_of_noise);
+        let is_of_noise = self.is_of_noise();
         if is_of_noise && self.is_found_twice {
             return;
         }
@@ -188,7 +263,7 @@ impl StartSearch {
 
     /// Whether what was read back is of a problem of that dimension.
     pub(in crate::inference) fn fits(&self, dimension: usize) -> bool {
-        self.finals.iter().all(|maximum| maximum.fits(dimension))
+        self.finals.iter().chain(&self.sampled_about).all(|maximum| maximum.fits(dimension))
     }
 }
 
@@ -198,30 +273,18 @@ impl StartSearch {
 /// When the model cannot be evaluated at any guess: priors that exclude everything. [`Error::Cancelled`].
 pub fn find_start(likelihood: &ImageLikelihood, seed: u64, monitor: &dyn Monitor) -> Result<Maximum> {
     let mut search = StartSearch::default();
-    while !search.is_done(likelihood) {
-        search.advance(likelihood, seed, monitor)?;
+    while !search.is_done() {
+        search.advance(likelihood, (PixelSampling::Point, seed), monitor)?;
     }
     search.best().cloned().ok_or_else(|| no_model(likelihood))
 }
 
-/// What a maximum that was found twice must have behind it before it is taken.
-struct Fewest {
-    rounds: u64,
-    challenges: u64,
-}
-
-/// The more, the more its χ² is above what noise leaves: a round for each of its deviations, √(2/N) per degree of freedom,
-/// above one.
-fn fewest(likelihood: &ImageLikelihood, start: &Maximum) -> Fewest {
-    const OF_NOISE: f64 = 3.0;
-    let image = likelihood.image(&likelihood.model().at_latent(&start.latent).0);
-    let deviations = image.map_or(f64::INFINITY, |image| {
+/// By how many deviations the χ² of the image at a point is above one.
+fn deviations(likelihood: &ImageLikelihood, latent: &[f64]) -> f64 {
+    let image = likelihood.image(&likelihood.model().at_latent(latent).0);
+    image.map_or(f64::INFINITY, |image| {
         (likelihood.chi2_reduced(&image) - 1.0) * (likelihood.degrees_of_freedom() / 2.0).sqrt()
-    });
-    if deviations < OF_NOISE {
-        return Fewest { rounds: 1, challenges: 1 };
-    }
-    Fewest { rounds: (deviations as u64).min(MOST_ROUNDS), challenges: 2 }
+    })
 }
 
 /// The finalists of one round of guesses.
