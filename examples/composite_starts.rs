@@ -3,10 +3,13 @@
 //! A start is on a wrong maximum if its ln p is more than 1 below that of a climb that begins at the truth.
 //!
 //! cargo run --release --example composite_starts -- 64 101 102 103    # 64 systems of each of the seeds
+//! cargo run --release --example composite_starts -- integrated 64 101 # pixels integrated, not sampled at their centres
 
 use haloray::imaging::{Instrument, PixelSampling, Psf};
+use haloray::inference::diagnose::ESS_LIMIT;
 use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
-use haloray::inference::{ImageLikelihood, Observation, StartSearch, climb_from};
+use haloray::inference::sample::{SamplerSettings, ValleySettings};
+use haloray::inference::{FitSettings, Observation, Top};
 use haloray::mock::{MockImage, MockSystem, Protocol};
 use haloray::monitor::Silent;
 use haloray::{Error, Result};
@@ -17,24 +20,33 @@ fn main() -> Result<()> {
         text.parse::<u64>()
             .map_err(|_| Error::out_of_range("argument", &text, "a number of systems, then seeds"))
     };
-    let numbers: Vec<u64> = std::env::args().skip(1).map(number).collect::<Result<_>>()?;
+    let mut words = std::env::args().skip(1).peekable();
+    let pixel_sampling = match words.next_if(|word| word == "integrated") {
+        Some(_) => PixelSampling::Adaptive,
+        None => PixelSampling::Point,
+    };
+    let numbers: Vec<u64> = words.map(number).collect::<Result<_>>()?;
     let (systems, seeds) = numbers.split_first().map_or((64, [101].as_slice()), |(n, seeds)| (*n, seeds));
     let all: Vec<(u64, u64)> = seeds.iter().flat_map(|seed| (0..systems).map(move |k| (*seed, k))).collect();
     let ends: Vec<End> = all
         .into_par_iter()
         .map(|(seed, system)| {
-            let (likelihood, truth) = mock(seed, system)?;
-            let from_truth = climb_from(&likelihood, truth)?;
-            let mut search = StartSearch::default();
-            while !search.is_done() {
-                search.advance(&likelihood, (PixelSampling::Point, seed), &Silent)?;
-            }
-            let best = search.best().unwrap_or(&from_truth);
-            let values = likelihood.model().at_latent(&best.latent).0;
+            let settings = FitSettings {
+                likelihood: LikelihoodKind::Gaussian,
+                pixel_sampling,
+                sampler: SamplerSettings::Valley(ValleySettings::default()),
+                min_ess: ESS_LIMIT,
+                seed,
+            };
+            let (observation, model, truth) = mock(seed, system, pixel_sampling)?;
+            let top = |from| Top::find(observation.clone(), model.clone(), &settings, from, &Silent);
+            let (from_truth, blind) = (top(Some(truth))?, top(None)?);
+            let likelihood = blind.likelihood;
+            let values = likelihood.model().at_latent(&blind.maximum.latent).0;
             let chi2 =
                 likelihood.image(&values).map_or(f64::INFINITY, |image| likelihood.chi2_reduced(&image));
-            let gain = best.log_posterior - from_truth.log_posterior;
-            let end = End { seed, system, gain, chi2, evaluations: search.evaluations() };
+            let gain = blind.maximum.log_posterior - from_truth.maximum.log_posterior;
+            let end = End { seed, system, gain, chi2, evaluations: blind.evaluations };
             eprintln!("{}", end.row());
             Ok(end)
         })
@@ -85,15 +97,14 @@ impl End {
     }
 }
 
-/// The likelihood of an image, and the truth in its latent coordinates.
-fn mock(seed: u64, system: u64) -> Result<(ImageLikelihood, Vec<f64>)> {
+/// An image, its model and the truth in the model's latent coordinates.
+fn mock(seed: u64, system: u64, sampling: PixelSampling) -> Result<(Observation, CompiledModel, Vec<f64>)> {
     let camera = Instrument::default();
     let system = MockSystem::draw(&Protocol::paper(), seed, system, camera.pixel_scale_arcsec)?;
     let psf = Psf::gaussian(camera.psf_fwhm_arcsec, camera.psf_truncation_sigma, camera.pixel_scale_arcsec)?;
-    let exposure = MockImage::expose(&system, &camera, &psf, PixelSampling::Point, seed)?.exposure;
+    let exposure = MockImage::expose(&system, &camera, &psf, sampling, seed)?.exposure;
     let observation = Observation::of_camera(exposure.grid, exposure.noisy_e_s, &camera, psf);
     let model = CompiledModel::new(&ModelDescription::built_in("comprehensive")?)?;
-    let likelihood = ImageLikelihood::new(observation, model, LikelihoodKind::Gaussian, &Silent)?;
     let truths = system.truths();
     let latent_of = |(name, prior): (&String, &haloray::inference::Prior)| {
         let truth = truths.iter().find(|(known, _)| known == name);
@@ -101,7 +112,7 @@ fn mock(seed: u64, system: u64) -> Result<(ImageLikelihood, Vec<f64>)> {
             truth.ok_or_else(|| Error::out_of_range("a free parameter", name, "one of the mock's"))?;
         Ok(prior.to_latent(*value))
     };
-    let free = likelihood.model().free.iter().map(|p| (&p.name, &p.prior));
+    let free = model.free.iter().map(|p| (&p.name, &p.prior));
     let truth = free.map(latent_of).collect::<Result<_>>()?;
-    Ok((likelihood, truth))
+    Ok((observation, model, truth))
 }

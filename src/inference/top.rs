@@ -15,6 +15,8 @@ pub struct Top {
     pub likelihood: ImageLikelihood,
     /// Its maximum.
     pub maximum: Maximum,
+    /// Evaluations of the likelihood in the search and at refinements.
+    pub evaluations: u64,
 }
 
 impl Top {
@@ -35,7 +37,7 @@ impl Top {
             None => FitState::default(),
         };
         let maximum = state.start(&mut likelihood, settings, &mut NoStore, monitor)?.swap_remove(0);
-        Ok(Self { likelihood, maximum })
+        Ok(Self { likelihood, maximum, evaluations: state.evaluations() })
     }
 }
 
