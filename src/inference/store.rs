@@ -14,7 +14,7 @@ use crate::monitor::Monitor;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FitState {
     pub(super) search: StartSearch,
-    /// The modes found with pixels sampled at their centres, the highest first, then those of each refinement.
+    /// The modes that the search found, the highest first, then those of each refinement.
     modes: Vec<Vec<Maximum>>,
     evaluations: u64,
     pub(super) run: Option<SamplerRun>,

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::conditional_maximum::Axes;
-use crate::inference::likelihood::{Curvature, LatentLikelihood, Mode};
+use crate::error::{Error, Result};
+use crate::inference::likelihood::{Curvature, ImageLikelihood, LatentLikelihood, Mode};
 
 /// A maximum of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,6 +48,24 @@ impl Maximum {
 pub(crate) fn to_the_top(likelihood: &dyn LatentLikelihood, latent: Vec<f64>) -> Option<Maximum> {
     const ITERATIONS: usize = 80;
     Some(follow_valley(likelihood, climb(likelihood, latent, &[], ITERATIONS)?))
+}
+
+/// Climbs again from a known point, as after a change of the mesh.
+///
+/// # Errors
+/// When the model cannot be evaluated there.
+pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Maximum> {
+    to_the_top(likelihood, latent).ok_or_else(|| no_model(likelihood))
+}
+
+/// Why nothing was found.
+pub(in crate::inference) fn no_model(likelihood: &ImageLikelihood) -> Error {
+    let middle = likelihood.model().at_latent(&vec![0.0; likelihood.dimension()]).0;
+    let reason = likelihood.model().evaluate(&middle).err().map_or_else(
+        || "models whose amplitudes can be solved for; none was found among the guesses".into(),
+        |error| format!("models that exist; at the medians {error}"),
+    );
+    Error::out_of_range("what the priors allow", "no model", &reason)
 }
 
 /// Levenberg–Marquardt on ln L − ½|z|² with the Fisher matrix, the coordinates `held` staying where they are; `None` where

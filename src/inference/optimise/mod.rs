@@ -6,9 +6,9 @@ mod expansion;
 mod guess;
 mod start;
 
-pub use climb::Maximum;
+pub(super) use climb::no_model;
 pub(crate) use climb::to_the_top;
+pub use climb::{Maximum, climb_from};
 pub(crate) use conditional_maximum::{Axes, MOST_CURVATURES};
 pub(crate) use expansion::ConditionalMaximum;
-pub(super) use start::no_model;
-pub use start::{StartSearch, climb_from, find_start};
+pub use start::{StartSearch, find_start};

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::climb::{Maximum, climb, to_the_top};
+use super::climb::{Maximum, climb, no_model, to_the_top};
 use super::guess::{Known, RADII, ROUNDS_NEAR, SHAPES, guess, held_at_first};
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
-use crate::inference::likelihood::{CountedLikelihood, Counter, ImageLikelihood, LatentLikelihood};
+use crate::inference::likelihood::{CountedLikelihood, Counter, ImageLikelihood};
 use crate::monitor::Monitor;
 
 /// Rough guesses of a round that are followed with everything free, and the best of those, which are followed to the end.
@@ -381,22 +381,4 @@ fn climb_on_from(likelihood: &CountedLikelihood, mut maximum: Maximum) -> Maximu
         }
     }
     maximum
-}
-
-/// Climbs again from a known point, as after a change of the mesh.
-///
-/// # Errors
-/// When the model cannot be evaluated there.
-pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Maximum> {
-    to_the_top(likelihood, latent).ok_or_else(|| no_model(likelihood))
-}
-
-/// Why nothing was found.
-pub(in crate::inference) fn no_model(likelihood: &ImageLikelihood) -> Error {
-    let middle = likelihood.model().at_latent(&vec![0.0; likelihood.dimension()]).0;
-    let reason = likelihood.model().evaluate(&middle).err().map_or_else(
-        || "models whose amplitudes can be solved for; none was found among the guesses".into(),
-        |error| format!("models that exist; at the medians {error}"),
-    );
-    Error::out_of_range("what the priors allow", "no model", &reason)
 }
