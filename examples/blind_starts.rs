@@ -6,9 +6,7 @@
 //! cargo run --release --example blind_starts
 
 use haloray::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
-use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
-use haloray::inference::sample::{SamplerSettings, ValleySettings};
+use haloray::inference::model::{CompiledModel, ModelDescription};
 use haloray::inference::{Fit, FitSettings, NoStore, Observation};
 use haloray::mapping::tidal::{LineOfSightModel, Tidal, TidalLens};
 use haloray::monitor::Silent;
@@ -58,13 +56,8 @@ fn main() -> Result<()> {
         .into_par_iter()
         .map(|number| {
             let (observation, truths) = mock(&model, number)?;
-            let settings = FitSettings {
-                likelihood: LikelihoodKind::Gaussian,
-                pixel_sampling: PixelSampling::Point,
-                sampler: SamplerSettings::Valley(ValleySettings::default()),
-                min_ess: ESS_LIMIT,
-                seed: SEED,
-            };
+            let settings =
+                FitSettings { pixel_sampling: PixelSampling::Point, seed: SEED, ..FitSettings::default() };
             let fit = Fit::run(observation, model.clone(), settings, &mut NoStore, &Silent)?;
             let offsets = fit.parameters.iter().zip(&truths);
             let worst =

@@ -100,7 +100,7 @@ fn climb(
     let exposure = MockImage::expose(system, camera, &psf, PixelSampling::Point, SEED)?.exposure;
     let observation = Observation::of_camera(exposure.grid, exposure.noise_free_e_s, camera, psf);
     let likelihood = ImageLikelihood::new(observation, model.clone(), LikelihoodKind::Gaussian, &Silent)?;
-    let start = climb_from(&likelihood, latent)?;
+    let start = climb_from(&likelihood, latent, &Silent)?;
     let (values, slopes) = model.at_latent(&start.latent);
     let singular = || Error::out_of_range("the Fisher matrix", "singular", "positive definite");
     let covariance = start.metric.clone().cholesky().ok_or_else(singular)?.inverse();

@@ -9,9 +9,8 @@
 use std::path::Path;
 
 use haloray::imaging::PixelSampling;
-use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
-use haloray::inference::sample::{Problem, SamplerSettings, StretchSettings, ValleySettings};
+use haloray::inference::model::{CompiledModel, ModelDescription};
+use haloray::inference::sample::{Problem, SamplerSettings, StretchSettings};
 use haloray::inference::{DrawStatistics, Fit, FitSettings, NoStore, SamplerRun};
 use haloray::io::{CATALOGUE_GROUP, Table, Values, read_observation};
 use haloray::monitor::Silent;
@@ -35,13 +34,7 @@ fn main() -> Result<()> {
     let Some(Values::Text(names)) = truth.column("image").map(|c| &c.values) else {
         return Err(Error::table(&path, "column image", "missing"));
     };
-    let settings = FitSettings {
-        likelihood: LikelihoodKind::Gaussian,
-        pixel_sampling: PixelSampling::Point,
-        sampler: SamplerSettings::Valley(ValleySettings::default()),
-        min_ess: ESS_LIMIT,
-        seed: 1,
-    };
+    let settings = FitSettings { pixel_sampling: PixelSampling::Point, seed: 1, ..FitSettings::default() };
     println!(
         "| image | σ, posterior | σ, chains from the truth | ratio | R-hat, posterior | R-hat of γ_LOS, chains |"
     );

@@ -6,9 +6,7 @@
 //! cargo run --release --example composite_starts -- integrated 64 101 # pixels integrated, not sampled at their centres
 
 use haloray::imaging::{Instrument, PixelSampling, Psf};
-use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
-use haloray::inference::sample::{SamplerSettings, ValleySettings};
+use haloray::inference::model::{CompiledModel, ModelDescription};
 use haloray::inference::{FitSettings, Observation, Top};
 use haloray::mock::{MockImage, MockSystem, Protocol};
 use haloray::monitor::Silent;
@@ -31,13 +29,7 @@ fn main() -> Result<()> {
     let ends: Vec<End> = all
         .into_par_iter()
         .map(|(seed, system)| {
-            let settings = FitSettings {
-                likelihood: LikelihoodKind::Gaussian,
-                pixel_sampling,
-                sampler: SamplerSettings::Valley(ValleySettings::default()),
-                min_ess: ESS_LIMIT,
-                seed,
-            };
+            let settings = FitSettings { pixel_sampling, seed, ..FitSettings::default() };
             let (observation, model, truth) = mock(seed, system, pixel_sampling)?;
             let top = |from| Top::find(observation.clone(), model.clone(), &settings, from, &Silent);
             let (from_truth, blind) = (top(Some(truth))?, top(None)?);

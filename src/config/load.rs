@@ -6,11 +6,12 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+use toml::de::{DeTable, Deserializer, ValueDeserializer};
 
 use super::schema::Config;
+use super::toml_tables::{holds, line_and_column, overlay, plain_words, start_of};
 use crate::cosmology::{Background, BackgroundParameters};
-use crate::error::{Error, LineColumn, Result};
+use crate::error::{Error, Result};
 use crate::halo::Epoch;
 
 /// The embedded presets.
@@ -182,88 +183,10 @@ fn parse_assigned(preset: Preset, assigned: &str) -> Result<Spanned<DeTable<'_>>
     Ok(set)
 }
 
-/// Whether a table has a dotted key.
-fn holds(table: &DeTable, dotted: &str) -> bool {
-    let (first, rest) = dotted.split_once('.').unwrap_or((dotted, ""));
-    table.get(first).is_some_and(|value| {
-        rest.is_empty() || value.get_ref().as_table().is_some_and(|inner| holds(inner, rest))
-    })
-}
-
-/// Lays the user's sections over the preset's key by key; a value such as `epoch = { … }` replaces the preset's.
-///
-/// Spans become the user's, so that no error points into the text of the preset.
-fn overlay<'i>(base: &mut DeTable<'i>, top: &DeTable<'i>) {
-    for (key, value) in top {
-        let below = base.remove(key.get_ref().as_ref()).map(Spanned::into_inner);
-        let merged = match (below, value.get_ref()) {
-            (Some(DeValue::Table(mut below)), DeValue::Table(above)) => {
-                for (key, value) in above {
-                    replaced_by(key.get_ref(), value.get_ref())
-                        .iter()
-                        .for_each(|key| drop(below.remove(*key)));
-                }
-                for (key, value) in above {
-                    below.remove(key.get_ref().as_ref());
-                    below.insert(key.clone(), value.clone());
-                }
-                Spanned::new(value.span(), DeValue::Table(below))
-            }
-            _ => value.clone(),
-        };
-        base.insert(key.clone(), merged);
-    }
-}
-
-/// The keys of a preset that a user's key takes the place of: of the truncations of haloes there is one at most.
-fn replaced_by(key: &str, value: &DeValue) -> &'static [&'static str] {
-    const TRUNCATIONS: &[&str] = &["truncation_over_r_s", "truncation_over_r_200c", "total_mass_over_m200c"];
-    let is_plain = key == "profile" && value.as_str() == Some("nfw");
-    if is_plain || TRUNCATIONS.contains(&key) { TRUNCATIONS } else { &[] }
-}
-
-/// The message of serde without the names of Rust's types.
-fn plain_words(error: &toml::de::Error) -> String {
-    let mut message = error.message().trim().replace('\n', "; ");
-    if let Some((before, _)) = message.split_once("expected struct ") {
-        message = format!("{before}expected a section with keys");
-    }
-    for (ours, plain) in [
-        (" as i128", ""),
-        ("expected f64", "expected a number"),
-        ("expected u64", "expected a whole number, zero or more"),
-        ("expected usize", "expected a whole number, zero or more"),
-    ] {
-        message = message.replace(ours, plain);
-    }
-    message
-}
-
-/// Where the value of a dotted key, or the innermost section that holds it, begins in the user's text.
-fn start_of(table: &DeTable, dotted: &str) -> Option<usize> {
-    let mut table = table;
-    let mut found = None;
-    for key in dotted.split('.') {
-        let Some(value) = table.get(key) else { break };
-        found = Some(value.span().start);
-        match value.get_ref() {
-            DeValue::Table(inner) => table = inner,
-            _ => break,
-        }
-    }
-    found
-}
-
-fn line_and_column(text: &str, start: usize) -> Option<LineColumn> {
-    let before = text.get(..start)?;
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) + 1;
-    Some(LineColumn { line, column })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::LineColumn;
 
     fn resolve(preset: Preset, path: &Path, text: &str) -> Result<Config> {
         super::resolve(preset, path, text, "")

@@ -4,6 +4,7 @@ mod haloes;
 mod lightcone;
 mod load;
 mod schema;
+mod toml_tables;
 
 pub use haloes::{Draw, HALO_MASS_DEFINITION, HaloConfig, HaloProfile};
 pub use lightcone::LightconeConfig;

@@ -6,12 +6,11 @@ use super::diagnose::{Convergence, DrawStatistics, Goodness, doubts};
 use super::fit_settings::FitSettings;
 use super::likelihood::{Counter, ImageLikelihood, ModelImage, Observation};
 use super::model::{CompiledModel, Quantity};
-use super::optimise::{Maximum, to_the_top};
+use super::optimise::{Maximum, climb_from, to_the_top};
 use super::profile::{Profile, profiles};
 use super::run::{RunStatus, SamplerRun};
 use super::sample::{Chains, Evidence, Problem};
 use super::store::{FitState, FitStore, NoStore};
-use super::top::climbed_from;
 use crate::error::{Error, Result};
 use crate::mapping::tidal::LineOfSightModel;
 use crate::monitor::Monitor;
@@ -134,7 +133,7 @@ impl Fit {
         monitor: &dyn Monitor,
     ) -> Result<Self> {
         let likelihood = ImageLikelihood::new(observation, model, settings.likelihood, monitor)?;
-        let mut state = FitState::at(climbed_from(&likelihood, latent, monitor)?);
+        let mut state = FitState::at(climb_from(&likelihood, latent, monitor)?);
         Self::go_on(likelihood, settings, &mut state, &mut NoStore, monitor)
     }
 

@@ -1,9 +1,9 @@
 //! The highest maximum of a posterior alone, and the normal posterior about it: what a fit has before it samples.
 
 use super::fit_settings::FitSettings;
-use super::likelihood::{Counter, ImageLikelihood, Observation};
+use super::likelihood::{ImageLikelihood, Observation};
 use super::model::CompiledModel;
-use super::optimise::{Maximum, no_model, to_the_top};
+use super::optimise::{Maximum, climb_from};
 use super::store::{FitState, NoStore};
 use crate::error::Result;
 use crate::monitor::Monitor;
@@ -33,24 +33,12 @@ impl Top {
     ) -> Result<Self> {
         let mut likelihood = ImageLikelihood::new(observation, model, settings.likelihood, monitor)?;
         let mut state = match from {
-            Some(latent) => FitState::at(climbed_from(&likelihood, latent, monitor)?),
+            Some(latent) => FitState::at(climb_from(&likelihood, latent, monitor)?),
             None => FitState::default(),
         };
         let maximum = state.start(&mut likelihood, settings, &mut NoStore, monitor)?.swap_remove(0);
         Ok(Self { likelihood, maximum, evaluations: state.evaluations() })
     }
-}
-
-/// The top that is reached from a point.
-pub(super) fn climbed_from(
-    likelihood: &ImageLikelihood,
-    latent: Vec<f64>,
-    monitor: &dyn Monitor,
-) -> Result<Maximum> {
-    let counter = Counter::new(monitor);
-    let top = to_the_top(&counter.watch(likelihood), latent);
-    counter.evaluations()?;
-    top.ok_or_else(|| no_model(likelihood))
 }
 
 /// Values at a maximum and covariance (11, 12, 22) of two free parameters in the normal posterior about it, the priors' stretch

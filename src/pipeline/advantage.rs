@@ -4,7 +4,6 @@ use nalgebra::Complex;
 
 use crate::error::{Error, Result};
 use crate::imaging::{Exposure, Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
-use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, NoStore, Observation};
@@ -135,8 +134,8 @@ pub fn advantage(seed: u64, sampler: SamplerSettings, monitor: &dyn Monitor) -> 
             likelihood: description.likelihood,
             pixel_sampling: PixelSampling::Point,
             sampler,
-            min_ess: ESS_LIMIT,
             seed,
+            ..FitSettings::default()
         };
         let _task = monitor.task(name, None);
         Fit::run(observation, CompiledModel::new(&description)?, settings, &mut NoStore, monitor)

@@ -13,7 +13,6 @@ use super::one_core_each::one_core_each;
 use super::rows::RowStore;
 use crate::error::{Error, Result};
 use crate::imaging::{Instrument, PixelSampling, Psf, Scene, SkyGrid, expose};
-use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, LatentLikelihood, NoStore, Observation};
@@ -165,8 +164,8 @@ impl Calibration {
             likelihood: self.description.likelihood,
             pixel_sampling: PixelSampling::Point,
             sampler,
-            min_ess: ESS_LIMIT,
             seed,
+            ..FitSettings::default()
         };
         let quiet = &Uncounted(monitor);
         let task = monitor.task("fits", Some(number as u64));
@@ -307,7 +306,7 @@ mod tests {
         let (model, likelihood) = (calibration.model, calibration.description.likelihood);
         let truth = model.to_latent(truths);
         let likelihood = ImageLikelihood::new(observation, model, likelihood, &Silent).unwrap();
-        let from_truth = climb_from(&likelihood, truth).unwrap().log_posterior;
+        let from_truth = climb_from(&likelihood, truth, &Silent).unwrap().log_posterior;
         let blind = find_start(&likelihood, seed, &Silent).unwrap().log_posterior;
         assert!(blind > from_truth - 1.0, "{blind} from a blind start, {from_truth} from the truth");
     }

@@ -5,7 +5,6 @@ use std::time::Instant;
 use super::one_core_each::one_core_each;
 use crate::error::Result;
 use crate::imaging::PixelSampling;
-use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
 use crate::inference::{Fit, FitSettings, NoStore, Observation};
@@ -67,8 +66,8 @@ pub fn fit_catalogue(
             likelihood: description.likelihood,
             pixel_sampling: description.pixel_sampling.unwrap_or(PixelSampling::Adaptive),
             sampler: settings.sampler,
-            min_ess: ESS_LIMIT,
             seed: settings.seed,
+            ..FitSettings::default()
         };
         let start = Instant::now();
         let observation = image.observation.clone();

@@ -12,11 +12,9 @@ use crate::config::Config;
 use crate::diagnostics::{EffectiveLineOfSight, Tidal};
 use crate::error::Result;
 use crate::imaging::{Exposure, Psf};
-use crate::inference::diagnose::ESS_LIMIT;
 use crate::inference::model::{
     CompiledModel, FreeParameter, LightDescription, ModelDescription, ParameterRule,
 };
-use crate::inference::sample::{SamplerSettings, ValleySettings};
 use crate::inference::{Fit, FitSettings, NoStore, Observation, Prior, climb_from};
 use crate::mapping::HaloSight;
 use crate::mapping::tidal::LineOfSightKind;
@@ -126,9 +124,8 @@ impl<'a> FittedView<'a> {
         let settings = FitSettings {
             likelihood: description.likelihood,
             pixel_sampling: config.image.pixel_sampling,
-            sampler: SamplerSettings::Valley(ValleySettings::default()),
-            min_ess: ESS_LIMIT,
             seed: config.seed,
+            ..FitSettings::default()
         };
         let model = match description.line_of_sight.model {
             LineOfSightKind::Haloes => CompiledModel::through_haloes(&description, through_haloes()?)?,
@@ -151,16 +148,21 @@ impl<'a> FittedView<'a> {
         let fit = Fit::run(self.observation(), model, settings, &mut NoStore, monitor)?;
         let seconds = start.elapsed().as_secs_f64();
         let expected = self.expected(&description);
-        let missed_by = self.climb_from_truth(&fit, &expected);
+        let missed_by = self.climb_from_truth(&fit, &expected, monitor);
         Ok(ViewFit { image, model: name.into(), expected, description, fit, seconds, missed_by })
     }
 
     /// By how much the top that is reached from the truth lies above the highest maximum of the fit, if it does.
-    fn climb_from_truth(&self, fit: &Fit, expected: &[(&'static str, Vec<(String, f64)>)]) -> Option<f64> {
+    fn climb_from_truth(
+        &self,
+        fit: &Fit,
+        expected: &[(&'static str, Vec<(String, f64)>)],
+        monitor: &dyn Monitor,
+    ) -> Option<f64> {
         /// A gain in ln p that rounding and the ends of climbs do not explain.
         const NOTICED: f64 = 0.5;
         let latent = self.truth(fit.likelihood.model(), expected);
-        let top = climb_from(&fit.likelihood, latent).ok()?;
+        let top = climb_from(&fit.likelihood, latent, monitor).ok()?;
         let gain = top.log_posterior - fit.maximum.log_posterior;
         (gain > NOTICED).then_some(gain)
     }

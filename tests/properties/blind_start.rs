@@ -2,9 +2,7 @@
 //! from the truth.
 
 use haloray::imaging::{Instrument, PixelSampling, Psf};
-use haloray::inference::diagnose::ESS_LIMIT;
 use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
-use haloray::inference::sample::{SamplerSettings, ValleySettings};
 use haloray::inference::{
     FitSettings, ImageLikelihood, Observation, StartSearch, Top, climb_from, find_start,
 };
@@ -32,7 +30,7 @@ fn imaged(seed: u64, number: u64, sampling: PixelSampling) -> (Observation, Comp
 fn starts_as_high_as_from_the_truth(number: u64) {
     let (observation, model, truth) = imaged(SEED, number, PixelSampling::Point);
     let likelihood = ImageLikelihood::new(observation, model, LikelihoodKind::Gaussian, &Silent).unwrap();
-    let from_truth = climb_from(&likelihood, truth).unwrap().log_posterior;
+    let from_truth = climb_from(&likelihood, truth, &Silent).unwrap().log_posterior;
     let blind = find_start(&likelihood, SEED, &Silent).unwrap().log_posterior;
     assert!(
         blind > from_truth - 1.0,
@@ -61,13 +59,7 @@ fn a_maximum_that_is_hardly_worse_than_noise() {
 #[test]
 fn integrated_pixels_whose_centres_miss_the_image() {
     // While centres stand for pixels χ² is 5 at best, and ten rounds were spent on it.
-    let settings = FitSettings {
-        likelihood: LikelihoodKind::Gaussian,
-        pixel_sampling: PixelSampling::Adaptive,
-        sampler: SamplerSettings::Valley(ValleySettings::default()),
-        min_ess: ESS_LIMIT,
-        seed: 301,
-    };
+    let settings = FitSettings { seed: 301, ..FitSettings::default() };
     let (observation, model, truth) = imaged(settings.seed, 0, PixelSampling::Adaptive);
     let likelihood =
         ImageLikelihood::new(observation.clone(), model.clone(), settings.likelihood, &Silent).unwrap();

@@ -4,7 +4,7 @@
 //! Matrix products of such sizes are where libraries take their special paths.
 
 use haloray::imaging::{PixelSampling, Psf, SkyGrid};
-use haloray::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
+use haloray::inference::model::{CompiledModel, ModelDescription};
 use haloray::inference::sample::{
     EnsembleSliceSettings, NestedSettings, NutsSettings, SamplerSettings, StretchSettings, ValleySettings,
 };
@@ -83,13 +83,8 @@ fn fault(free: usize, lights: usize, side: usize, sampler: SamplerSettings) -> O
         Ok(model) => model,
         Err(error) => return (lights > 0).then(|| format!("{name}: {error}")),
     };
-    let settings = FitSettings {
-        likelihood: LikelihoodKind::Gaussian,
-        pixel_sampling: PixelSampling::Point,
-        sampler,
-        min_ess: 400.0,
-        seed: 1,
-    };
+    let settings =
+        FitSettings { pixel_sampling: PixelSampling::Point, sampler, seed: 1, ..FitSettings::default() };
     match Fit::run(observation(side), model, settings, &mut NoStore, &Silent) {
         Ok(fit) => {
             let numbers = fit.parameters.iter().flat_map(|p| [p.mean, p.median, p.best_fit]);

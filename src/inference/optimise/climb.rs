@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::conditional_maximum::Axes;
 use crate::error::{Error, Result};
-use crate::inference::likelihood::{Curvature, ImageLikelihood, LatentLikelihood, Mode};
+use crate::inference::likelihood::{Counter, Curvature, ImageLikelihood, LatentLikelihood, Mode};
+use crate::monitor::Monitor;
 
 /// A maximum of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -50,12 +51,15 @@ pub(crate) fn to_the_top(likelihood: &dyn LatentLikelihood, latent: Vec<f64>) ->
     Some(follow_valley(likelihood, climb(likelihood, latent, &[], ITERATIONS)?))
 }
 
-/// Climbs again from a known point, as after a change of the mesh.
+/// The top that is reached from a known point.
 ///
 /// # Errors
-/// When the model cannot be evaluated there.
-pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>) -> Result<Maximum> {
-    to_the_top(likelihood, latent).ok_or_else(|| no_model(likelihood))
+/// When the model cannot be evaluated there; when cancelled.
+pub fn climb_from(likelihood: &ImageLikelihood, latent: Vec<f64>, monitor: &dyn Monitor) -> Result<Maximum> {
+    let counter = Counter::new(monitor);
+    let top = to_the_top(&counter.watch(likelihood), latent);
+    counter.evaluations()?;
+    top.ok_or_else(|| no_model(likelihood))
 }
 
 /// Why nothing was found.

@@ -11,8 +11,8 @@ use hdf5_reader::{
 };
 
 use super::attribute::AttributeValue;
+use super::column::Values;
 use super::input_file;
-use super::table::Values;
 use crate::error::{Error, FileFault, Result};
 
 /// Opens a file; what its datasets and chunks declare is compared with its size before anything is allocated.

@@ -6,10 +6,10 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Hdf5File};
 
 use super::attribute::AttributeValue;
+use super::column::Values;
 use super::hdf5_reading as reading;
 use super::provenance::Provenance;
 use super::run_file::rooted;
-use super::table::Values;
 use crate::error::{Error, FileFault, Result};
 
 /// An HDF5 file of results, open for reading.

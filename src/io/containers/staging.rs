@@ -9,25 +9,11 @@ use std::sync::Mutex;
 use tempfile::TempDir;
 
 use super::atomic_file::{check_target, folder_of, place_error, sync, sync_folder};
+use super::figure_files::FigureFiles;
 use super::manifest::{Commit, MANIFEST, Manifest, Replace, check_replaceable, checked_name, target_in};
 use super::stale::{LOCK_NAME, lock, remove_free_lock, remove_stale};
 use super::temporaries::{Temporary, own_prefix, sweep_files, undivided};
 use crate::error::{Error, Result};
-
-/// As what figures are written, and how they look; SVG and PNG of the first style where nobody says otherwise.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FigureFiles {
-    /// Extensions; none for no figures.
-    pub extensions: Vec<&'static str>,
-    /// Name of the style.
-    pub style: &'static str,
-}
-
-impl Default for FigureFiles {
-    fn default() -> Self {
-        Self { extensions: vec!["svg", "png"], style: "" }
-    }
-}
 
 /// Outputs on their way into a folder: complete ones are moved there together, or none.
 ///

@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::atomic_file::{check_writable, folder_of};
+use super::column::{Column, Values, is_exact};
 use super::csv_dialect::{Ecsv, Fields, flush_comments, separator, without_nameless};
 use super::input_file;
 use super::manifest::Replace;
 use super::provenance::Provenance;
 use super::staging::Staging;
-use super::table::{Column, Table, Values, is_exact};
+use super::table::Table;
 use crate::error::{Error, FileFault, Result, shortest};
 
 /// Reads a CSV table as people, pandas, spreadsheets and astropy (ECSV) write it.

@@ -106,7 +106,7 @@ impl Format {
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::Column;
+    use super::super::column::Column;
     use super::*;
 
     #[test]

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use fitskit::{BinColumn, BinColumnType, BinTable, Hdu, HduData, HeaderValue};
 
+use super::column::{Column, Values};
 use super::fits_file as fits;
 use super::provenance::Provenance;
-use super::table::{Column, Table, Values};
+use super::table::Table;
 use crate::error::{Error, FileFault, Result};
 
 /// Reads the binary table of that name; where it is missing, the only one.

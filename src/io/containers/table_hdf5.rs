@@ -8,10 +8,11 @@ use hdf5_reader::{Dataset, Datatype, Hdf5File};
 
 use super::astropy_meta;
 use super::attribute::AttributeValue;
+use super::column::{Column, Values};
 use super::hdf5_objects as objects;
 use super::hdf5_reading as reading;
 use super::provenance::Provenance;
-use super::table::{Column, Table, Values};
+use super::table::Table;
 use crate::error::{Error, FileFault, Result};
 
 /// What astropy appends to a table's name for the dataset that describes its columns.

@@ -6,8 +6,8 @@ use std::path::Path;
 use fitskit::{BinColumn, BinTable, Header, HeaderValue};
 use flate2::read::MultiGzDecoder;
 
+use super::super::column::Values;
 use super::super::fits_file::{self as fits, BLOCK_BYTES, CARD_BYTES};
-use super::super::table::Values;
 use super::super::table_fits::decode;
 use super::title::ColumnTitle;
 use crate::error::{Error, FileFault, Result};

@@ -106,9 +106,10 @@ pub(crate) fn degrees_in(stated: &str) -> std::result::Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::column::Column;
     use super::super::super::fits_file;
     use super::super::super::provenance::Provenance;
-    use super::super::super::table::{Column, Table};
+    use super::super::super::table::Table;
     use super::*;
 
     fn all(path: &Path, wanted: &[usize]) -> Result<Vec<Vec<f64>>> {
