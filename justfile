@@ -211,10 +211,10 @@ closure:
     cargo build --release
     python3 data/oracle/closure.py --binary target/release/haloray --folder target/closure --summary docs/CLOSURE.md
 
-# do fits of simulated images end as high as climbs from the truth? Two hours for 60 seeds; writes docs/SIMULATION_FITS.md
-simulation-fits N="60" PRESETS="paper,consistent":
+# do fits of simulated images end as high as climbs from the truth? Two hours for 60 seeds of each preset; writes docs/SIMULATION_FITS.md
+simulation-fits PRESETS="paper:60,consistent:60":
     cargo build --release
-    python3 data/oracle/simulation_fits.py --binary target/release/haloray --presets {{PRESETS}} --seeds {{N}} --folder target/simulation_fits --summary docs/SIMULATION_FITS.md
+    python3 data/oracle/simulation_fits.py --binary target/release/haloray --presets {{PRESETS}} --folder target/simulation_fits --summary docs/SIMULATION_FITS.md
 
 # do blind starts find the truth? 100 images around Table 1 under flat priors; writes docs/BLIND_STARTS.md
 blind-starts:

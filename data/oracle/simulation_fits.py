@@ -1,6 +1,6 @@
 """Do fits of simulated images find the highest maximum? `simulate --fit` of many seeds, each fit beside a climb from the truth.
 
-Run:   python3 simulation_fits.py --binary ../../target/release/haloray --seeds 60 --folder simulation_fits --summary ../../docs/SIMULATION_FITS.md
+Run:   python3 simulation_fits.py --binary ../../target/release/haloray --presets paper:25,consistent:12 --folder simulation_fits --summary ../../docs/SIMULATION_FITS.md
 Needs: nothing but Python; runs that are in the folder already are read, not repeated
 Units: chi2 per degree of freedom; gamma_LOS less that on the axis in units of its own 68% half width, the larger of two components
 """
@@ -27,8 +27,7 @@ def errors_off(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--binary", required=True)
-    parser.add_argument("--presets", default="paper,consistent")
-    parser.add_argument("--seeds", type=int, default=60)
+    parser.add_argument("--presets", default="paper:60,consistent:60", help="presets, each with the number of its seeds, from 1")
     parser.add_argument("--folder", type=pathlib.Path, required=True)
     parser.add_argument("--summary", type=pathlib.Path, required=True)
     options = parser.parse_args()
@@ -38,9 +37,9 @@ def main():
         "|---|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     missed = []
-    for preset in options.presets.split(","):
+    for preset, seeds in (part.split(":") for part in options.presets.split(",")):
         fits = {image: [] for image in WHAT}
-        for seed in range(1, options.seeds + 1):
+        for seed in range(1, int(seeds) + 1):
             run = simulated(options.binary, options.folder, preset, seed)
             for image in WHAT:
                 summary, rows = fit(run, image, MODEL)
@@ -58,7 +57,7 @@ def main():
                 f"| {both(numbers('chi2_reduced'), '.2f')} | {both(off, '.1f')} | {sum(lower)} | {both(numbers('evaluations'), ',.0f')} |"
             )
     lines.append("\nBelow a climb from the truth: " + ("; ".join(missed) if missed else "none") + ".")
-    page.write(options.summary, f"just simulation-fits {options.seeds} {options.presets}", "\n".join(lines))
+    page.write(options.summary, f"just simulation-fits {options.presets}", "\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,8 @@ from astropy.stats import sigma_clipped_stats
 from astropy.wcs import WCS
 
 with fits.open("drizzled.fits") as hdus:
-    mosaic, header = hdus[0].data, hdus[0].header
+    mosaic, header = hdus["SCI"].data, hdus["PRIMARY"].header.copy()
+    header.update(hdus["SCI"].header)
 wcs = WCS(header)
 
 # Sky and noise, from pixels without objects; the sky is taken away.

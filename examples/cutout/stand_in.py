@@ -1,9 +1,8 @@
-"""Makes drizzled.fits, a stand-in for an HST mosaic: a lens behind haloes, a neighbour, a star and sky, in e⁻/s."""
+"""Makes drizzled.fits, in the form of a drizzled HST mosaic: a lens behind haloes, a neighbour, a star and sky, in e⁻/s."""
 
 import haloray as hr
 import numpy as np
 from astropy.io import fits
-from astropy.wcs import WCS
 from numpy.typing import NDArray
 
 settings = {
@@ -28,10 +27,16 @@ def spot(x0: float, y0: float, flux: float, fwhm_pixels: float) -> NDArray[np.fl
 
 mosaic += spot(160.0, 150.0, 300.0, 2.0) + spot(109.0, 118.0, 2.0, 4.0) + 0.05  # star, neighbour, sky
 
-wcs = WCS(naxis=2)
-wcs.wcs.ctype = ["RA---TAN", "DEC--TAN"]
-wcs.wcs.crval, wcs.wcs.crpix = [150.1, 2.2], [100.5, 100.5]
-wcs.wcs.cd = np.array([[-0.08, 0.0], [0.0, 0.08]]) / 3600
-header = wcs.to_header()
-header["BUNIT"], header["EXPTIME"] = "ELECTRONS/S", 5400.0
-fits.PrimaryHDU(mosaic, header).writeto("drizzled.fits", overwrite=True)
+exposure_s, pixel_deg = 5400.0, 0.08 / 3600
+primary = fits.Header({"TELESCOP": "HST", "INSTRUME": "WFC3", "FILTER": "F160W", "EXPTIME": exposure_s})
+sci = fits.Header({"BUNIT": "ELECTRONS/S", "CTYPE1": "RA---TAN", "CTYPE2": "DEC--TAN"})
+sci["CRVAL1"], sci["CRVAL2"] = 150.1, 2.2
+sci["CRPIX1"] = sci["CRPIX2"] = 100.5
+sci["CD1_1"], sci["CD1_2"], sci["CD2_1"], sci["CD2_2"] = -pixel_deg, 0.0, 0.0, pixel_deg
+fits.HDUList(
+    [
+        fits.PrimaryHDU(header=primary),
+        fits.ImageHDU(mosaic, sci, name="SCI"),
+        fits.ImageHDU(np.full_like(mosaic, exposure_s), name="WHT"),
+    ]
+).writeto("drizzled.fits", overwrite=True)

@@ -14,5 +14,5 @@ sight = hr.LineOfSight(haloes)
 beta_x, beta_y = sight.ray_shooting([0.0, 1.5, 0.0], [0.0, 0.0, 1.5])
 print(beta_x.round(6), beta_y.round(6))
 
-image = hr.image(preset="consistent", haloes=haloes)
+image = hr.image({"image": {"pixel_sampling": "point"}}, preset="consistent", haloes=haloes)
 print(image.noisy_e_s.shape)

@@ -111,6 +111,8 @@ class Ensemble:
         failed = f", {len(self.failures)} failed" if self.failures else ""
         return f"<haloray.Ensemble: {len(self)} sightlines, level {self.level}, {len(self.columns)} columns{failed}>"
 
+    __iter__ = None
+
     def __getitem__(self, name: str) -> Any:
         """A column, a map or an image of every sightline."""
         for own in (self.columns, self.maps, self.images):

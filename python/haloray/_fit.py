@@ -61,7 +61,7 @@ class Parameter:
     ess_tail: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A posterior.
 

@@ -16,14 +16,16 @@ from ._haloray import Catalogue, Config
 from ._haloray import populate as _populate
 from ._packages import package
 from ._progress import Progress, callback
-from ._units import Array, column, expect, mapping, number, path_of, refuse, whole
+from ._units import Array, column, expect, is_flag, mapping, number, path_of, refuse, whole
 
 if TYPE_CHECKING:
     import astropy.table
     import pandas
 
-#: Units of columns that a table may give them in.
+#: Units of the columns that mean something, None for numbers without.
 UNITS = {
+    "z": None,
+    "c200c": None,
     "theta_x_arcsec": "arcsec",
     "theta_y_arcsec": "arcsec",
     "r_s_arcsec": "arcsec",
@@ -84,7 +86,7 @@ class Haloes:
         columns : mapping of str to array_like
             ``z``, ``theta_x_arcsec``, ``theta_y_arcsec`` and either ``r_s_arcsec``, ``alpha_rs_arcsec`` (reduced to the
             source) or ``m200c_msun``, ``c200c``; ``r_trunc_arcsec`` if haloes are truncated. Quantities are converted.
-            Other columns are kept.
+            Other columns are kept, as numbers where those are exact, else as text.
         z_source : float
             Redshift of the source.
         cosmology : optional
@@ -103,12 +105,12 @@ class Haloes:
         numbers: dict[str, Array] = {}
         texts: dict[str, list[str]] = {}
         for name, values in mapping("columns", columns, "columns by name").items():
-            if name not in UNITS and np.asarray(values).dtype.kind in "USO":
-                texts[str(name)] = [str(value) for value in values]
+            if name in UNITS:
+                numbers[name] = column(name, _of_objects(values), UNITS[name])
+            elif _is_number(own := np.asarray(values)):
+                numbers[str(name)] = column(str(name), own)
             else:
-                unit = UNITS.get(name)
-                own = getattr(values, "unit", None) if unit is None else None
-                numbers[str(name)] = column(str(name), values if own is None else np.asarray(values), unit)
+                texts[str(name)] = [str(value) for value in own]
         return cls(Catalogue.of_columns(number("z_source", z_source), parameters(cosmology), numbers, texts))
 
     @classmethod
@@ -136,6 +138,12 @@ class Haloes:
         given: Any = table
         if not hasattr(given, "colnames"):
             raise refuse("table", given, "an astropy table")
+        of_table = getattr(given, "meta", {}).get("z_source")
+        if of_table is not None and "alpha_rs_arcsec" in given.colnames and of_table != number("z_source", z_source):
+            raise InputError(
+                f"z_source is {z_source}, but must be {of_table}: the table's angles are reduced to that source; "
+                "Haloes.to_source reduces them to another"
+            )
         for name in given.colnames:
             own = given[name]
             unit = getattr(own, "unit", None)
@@ -239,7 +247,7 @@ class Haloes:
         if name.startswith("_"):
             raise AttributeError(name)
         found = self._native.column(name)
-        if found is None and name not in (*UNITS, "c200c"):
+        if found is None and name not in UNITS:
             raise AttributeError(f"haloes have no column {name}; they have {', '.join(self.colnames)}")
         return found
 
@@ -247,18 +255,30 @@ class Haloes:
         return [*super().__dir__(), *self.colnames]
 
     def __getitem__(self, key: Any) -> Any:
-        """A column by its name, or the haloes of a mask, a slice or a list of places."""
+        """A column by its name, or the haloes of a mask, a slice or an array of places, in their order, as numpy has it."""
         if isinstance(key, str):
             found = self._native.column(key)
             if found is None:
                 raise KeyError(f"{key} is no column of haloes that have {', '.join(self.colnames)}")
             return found
-        keep = np.zeros(len(self), dtype=bool)
+        allowed = f"a mask of {len(self)}, a slice or places"
+        if key is None or is_flag(key):
+            raise refuse("key", key, allowed)
         try:
-            keep[key] = True
+            places = np.arange(len(self))[key]
         except (IndexError, ValueError) as error:
-            raise InputError(f"haloes are chosen by a mask of {len(self)}, a slice or places: {error}") from error
-        return Haloes(self._native.select(keep.tolist()), made_for=self._made_for)
+            raise InputError(f"haloes are chosen by {allowed}: {error}") from error
+        if places.ndim > 1:
+            raise refuse("key", key, allowed)
+        return Haloes(self._native.at(np.atleast_1d(places).tolist()), made_for=self._made_for)
+
+    #: Rows are no objects of their own.
+    __iter__ = None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in UNITS:
+            raise AttributeError(f"{name} of haloes is read-only; make others by Haloes.from_columns")
+        super().__setattr__(name, value)
 
     def effects(self, theta_e_arcsec: float = 1.0) -> dict[str, Array]:
         """What each halo does alone on the axis.
@@ -366,6 +386,22 @@ class Haloes:
         return texts and all(np.array_equal(self[name], other[name], equal_nan=True) for name in self.colnames)
 
     __hash__ = None  # type: ignore[assignment]
+
+
+def _of_objects(values: Any) -> Any:
+    """Numbers that pandas keeps as objects, as numbers."""
+    if hasattr(values, "unit") or np.asarray(values).dtype.kind != "O":
+        return values
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        return values
+
+
+def _is_number(values: np.ndarray[Any, Any]) -> bool:
+    """Whether a column of a user's own is one of numbers that float64 holds to the last digit."""
+    kind = values.dtype.kind
+    return kind == "f" or (kind in "iu" and bool(np.all(np.abs(values.astype(np.float64)) <= 2.0**53)))
 
 
 def _restored(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ._errors import InputError
-from ._haloray import lens_model_names
+from ._haloray import lens_argument_unit, lens_model_names
 from ._units import Array, Points, number, refuse
 
 #: Names that a ``lens_model_list`` may hold.
@@ -40,14 +40,16 @@ def has_quantities(kwargs: Any) -> bool:
         return False
 
 
-def without_quantities(kwargs: Kwargs) -> Kwargs:
-    def plain(name: str, value: Any) -> Any:
-        if not hasattr(value, "to_value"):
-            return value
-        kind = str(getattr(getattr(value, "unit", None), "physical_type", ""))
-        return number(name, value, "arcsec" if "angle" in kind else None)
+def without_quantities(models: Sequence[str], kwargs: Kwargs) -> Kwargs:
+    """Quantities as numbers in the unit of their argument; names that a model does not have are refused where it is built."""
 
-    return [{name: plain(name, value) for name, value in model.items()} for model in kwargs]
+    def plain(model: str, name: str, value: Any) -> Any:
+        unit = lens_argument_unit(model, name)
+        return number(name, value, unit or None) if unit is not None and hasattr(value, "to_value") else value
+
+    return [
+        {name: plain(model, name, value) for name, value in own.items()} for model, own in zip(models, kwargs, strict=False)
+    ] + list(kwargs[len(models) :])
 
 
 _DEFAULTS: dict[str, Any] = {
@@ -77,5 +79,7 @@ def refuse_unsupported(unsupported: dict[str, Any], z_source: Any) -> None:
             raise TypeError(f"LensModel has no argument {name}")
         if name in _HARMLESS or (name == "z_source_convention" and value == z_source):
             continue
-        if value is not None and value != _DEFAULTS[name]:
+        default = _DEFAULTS[name]
+        is_default = value is default or (isinstance(value, (str, bool)) and value == default)
+        if value is not None and not is_default:
             raise refuse(name, value, f"{_DEFAULTS[name]!r}: haloray.LensModel does not have it")

@@ -35,7 +35,7 @@ class LensModel:
 
     Notes
     -----
-    Derivatives are analytic, whatever ``diff`` says. Angles may be Quantities. Where results differ from lenstronomy's, and who
+    Derivatives are analytic, whatever ``diff`` says. Arguments may be Quantities. Planes at or behind the source do nothing, as :meth:`warnings` says. Where results differ from lenstronomy's, and who
     is right, is in docs/LENSTRONOMY.md.
 
     Examples
@@ -619,7 +619,7 @@ class LensModel:
     def _numbers(self, kwargs: Kwargs) -> Kwargs:
         """The arguments as the native side reads them: quantities as numbers."""
         kwargs = kwargs if self._static is None else self._static
-        return without_quantities(kwargs) if has_quantities(kwargs) else kwargs
+        return without_quantities(self.lens_model_list, kwargs) if has_quantities(kwargs) else kwargs
 
     def _only(self, k: Any) -> list[int] | None:
         if k is None:

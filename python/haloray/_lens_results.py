@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ._units import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PointImages:
     """The images of a point source, in order of arrival.
 
@@ -36,7 +36,7 @@ class PointImages:
     doubt: str | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CriticalCurve:
     """A critical curve with its caustic, vertex by vertex.
 

@@ -88,6 +88,8 @@ class Mock:
     def __len__(self) -> int:
         return len(self.columns["number"])
 
+    __iter__ = None
+
     def __getitem__(self, name: str) -> Array:
         return self.columns[name]
 

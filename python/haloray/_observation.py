@@ -126,7 +126,10 @@ class Observation:
         _check_keywords("kwargs_data", kwargs_data, known, {"image_data", "background_rms", "exposure_time"})
         data = image("image_data", kwargs_data["image_data"])
         transform = kwargs_data.get("transform_pix2angle", [[1.0, 0.0], [0.0, 1.0]])
-        (xx, xy), (yx, yy) = transform
+        try:
+            (xx, xy), (yx, yy) = transform
+        except (TypeError, ValueError) as error:
+            raise refuse("transform_pix2angle", transform, "a positive number times the unit matrix, (2, 2)") from error
         if xy != 0.0 or yx != 0.0 or xx != yy or xx <= 0.0:
             raise refuse("transform_pix2angle", transform, "a positive number times the unit matrix")
         corner = -0.5 * (len(data) - 1) * xx
@@ -144,7 +147,7 @@ class Observation:
             }
         elif kind == "PIXEL":
             kernel = {"kernel_point_source"}
-            allowed = kernel | {"psf_type", "point_source_supersampling_factor"}
+            allowed = kernel | {"psf_type", "point_source_supersampling_factor", "pixel_size"}
             _check_keywords("kwargs_psf", kwargs_psf, allowed, kernel)
             options = {
                 "psf_kernel": kwargs_psf["kernel_point_source"],
@@ -161,6 +164,13 @@ class Observation:
             **options,
         )
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self._native.state(),)
+
+    def __repr__(self) -> str:
+        n = len(self.data_e_s)
+        return f"<haloray.Observation: {n} × {n} pixels of {self.pixel_scale_arcsec:g} arcsec>"
+
     @property
     def data_e_s(self) -> Array:
         """The image, (y, x), e⁻/s."""
@@ -170,6 +180,12 @@ class Observation:
     def pixel_scale_arcsec(self) -> float:
         """Width of a pixel."""
         return self._native.pixel_scale_arcsec
+
+
+def _restored(state: bytes) -> Observation:
+    found = Observation.__new__(Observation)
+    found._native = _Observation.of_state(state)
+    return found
 
 
 def _check_keywords(what: str, given: Mapping[str, Any], known: set[str], required: set[str]) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Posterior:
     """The draws of a ``posterior.nc``.
 
@@ -68,7 +68,7 @@ class Posterior:
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """The ``run.h5`` of a simulation.
 

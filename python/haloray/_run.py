@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Image:
     """An exposure of a lens through a line of sight.
 
@@ -104,7 +104,7 @@ class Image:
                 return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Simulation:
     """A whole run: haloes, images through all of them and through those in the tidal regime, maps, and a summary.
 

@@ -31,9 +31,14 @@ def expect(name: str, value: object, kind: type[_Kind], allowed: str) -> _Kind:
 
 def flag(name: str, value: object) -> bool:
     """``value`` as a bool, if it is one of Python or numpy."""
-    if not isinstance(value, (bool, np.bool_)):
+    if not is_flag(value):
         raise refuse(name, value, "True or False")
-    return bool(value)
+    return bool(cast("Any", value))
+
+
+def is_flag(value: object) -> bool:
+    """Whether it is a bool of Python or numpy."""
+    return isinstance(value, (bool, np.bool_))
 
 
 def path_of(name: str, value: object) -> str:

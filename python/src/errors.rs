@@ -45,6 +45,14 @@ pub fn input(py: Python<'_>, what: &str, value: impl ToString, allowed: &str) ->
     exception(py, &Error::out_of_range(what, value, allowed))
 }
 
+/// Refuses what is no redshift of a lens or source.
+pub fn redshift(py: Python<'_>, name: &str, z: f64) -> PyResult<()> {
+    match z > 0.0 && z.is_finite() {
+        true => Ok(()),
+        false => Err(input(py, name, z, "a finite number above 0")),
+    }
+}
+
 /// haloray's result as Python's.
 pub trait OrRaise<T> {
     /// The value, or the exception raised.

@@ -17,11 +17,11 @@ use haloray::profile::light::Sersic;
 use haloray::report::{FitSummary, RunRecord, write_fit};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::{Column, numbers, square};
 use crate::config::toml_of_json;
-use crate::errors::{OrRaise, input};
+use crate::errors::{OrRaise, input, redshift};
 use crate::run::staged;
 use crate::sight::Sight;
 use crate::store::{StateFile, fingerprint};
@@ -95,7 +95,27 @@ impl Observation {
             psf: psf.or_raise(py)?,
         };
         observation.validate().or_raise(py)?;
+        if let Some(z) = z_lens {
+            redshift(py, "z_lens", z)?;
+        }
         Ok(Self { observation, z_lens, pixel_sampling: None })
+    }
+
+    /// Everything, as bytes for a pickle.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let state = postcard::to_allocvec(&(&self.observation, self.z_lens, self.pixel_sampling));
+        let bytes = state.map_err(|e| input(py, "observation", e, "one that can be pickled"))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// From such bytes.
+    #[staticmethod]
+    fn of_state(py: Python<'_>, state: &[u8]) -> PyResult<Self> {
+        let refused = |e: String| input(py, "pickled observation", e, "what this version of haloray pickled");
+        let (observation, z_lens, pixel_sampling): (haloray::inference::Observation, _, _) =
+            postcard::from_bytes(state).map_err(|e| refused(e.to_string()))?;
+        observation.validate().or_raise(py)?;
+        Ok(Self { observation, z_lens, pixel_sampling })
     }
 
     /// The image, (y, x), e⁻/s.

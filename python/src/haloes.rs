@@ -17,7 +17,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{Column, numbers};
 use crate::config::{Config, parameters, reference_name, sheets_name};
-use crate::errors::{OrRaise, input};
+use crate::errors::{OrRaise, input, redshift};
 use crate::watch::run;
 
 /// Haloes that nothing changes any more; arrays may lie on them.
@@ -72,6 +72,7 @@ impl Catalogue {
         columns: BTreeMap<String, Column<'_>>,
         text_columns: BTreeMap<String, Vec<String>>,
     ) -> PyResult<Self> {
+        redshift(py, "z_source", z_source)?;
         let background = Background::new(cosmology.0, cosmology.1).or_raise(py)?;
         let optional = |name: &str| -> PyResult<Option<Vec<f64>>> {
             columns.get(name).map(|column| Ok(numbers(py, name, column)?.to_vec())).transpose()
@@ -122,6 +123,14 @@ impl Catalogue {
             own_length(&name, column.len())?;
             haloes.extra_text.push((name, column));
         }
+        if let (true, Some(median)) = (by_angles, haloes.angles_against_masses()) {
+            let what = "median of alpha_rs_arcsec over that of m200c_msun and c200c";
+            let allowed = format!(
+                "1: the angles were reduced to another source than one at z = {z_source}, or in another cosmology; leave \
+                 out either r_s_arcsec, alpha_rs_arcsec or m200c_msun, c200c"
+            );
+            return Err(input(py, what, format!("{median:.4}"), &allowed));
+        }
         Ok(Self::new(haloes))
     }
 
@@ -133,6 +142,7 @@ impl Catalogue {
         z_source: f64,
         cosmology: (f64, f64),
     ) -> PyResult<(Self, Option<(&'static str, &'static str)>)> {
+        redshift(py, "z_source", z_source)?;
         let background = Background::new(cosmology.0, cosmology.1).or_raise(py)?;
         let (haloes, made_for) =
             run(py, None, |_| Ok((read_haloes(&path, z_source, &background)?, read_line_of_sight(&path))))?;
@@ -184,13 +194,9 @@ impl Catalogue {
         Ok(Some((*array.readwrite().make_nonwriteable()).clone()))
     }
 
-    /// The haloes for which `keep` says so.
-    fn select(&self, py: Python<'_>, keep: Vec<bool>) -> PyResult<Self> {
-        if keep.len() != self.haloes.len() {
-            let allowed = format!("that of the catalogue ({})", self.haloes.len());
-            return Err(input(py, "length of the mask", keep.len(), &allowed));
-        }
-        Ok(Self::new(self.haloes.select(&keep)))
+    /// The haloes at these places, in that order.
+    fn at(&self, places: Vec<usize>) -> Self {
+        Self::new(self.haloes.at(&places))
     }
 
     /// κ, γ1, γ2, |F|, |G| and Δ that each halo causes alone on the axis.

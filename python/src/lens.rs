@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::arrays::{Column, order, pairs, points, trace};
-use crate::errors::{OrRaise, input};
+use crate::errors::{OrRaise, input, redshift};
 use crate::watch::run;
 
 /// A list of profiles, and where their planes are; the numbers come with every call.
@@ -51,6 +51,9 @@ impl Lens {
                 unknown.join(", "),
                 &format!("among {}", known.join(", ")),
             ));
+        }
+        for (name, z) in [("z_lens", z_lens), ("z_source", z_source)] {
+            z.map_or(Ok(()), |z| redshift(py, name, z))?;
         }
         let redshifts = match (lens_redshift_list, z_lens, z_source) {
             (Some(lenses), _, Some(source)) => LensRedshifts::ManyPlanes { lenses, source },
@@ -334,6 +337,12 @@ impl Lens {
         }
         Ok(all)
     }
+}
+
+/// The unit of an argument of a model, `arcsec`, `1/arcsec`, `rad` or empty; none for a name that the model does not have.
+#[pyfunction]
+pub fn lens_argument_unit(model: &str, argument: &str) -> Option<&'static str> {
+    haloray::io::lens_argument_unit(model, argument)
 }
 
 /// A value for each of `n` points, side by side; the wish to stop is heard on the way.

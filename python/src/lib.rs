@@ -36,6 +36,7 @@ fn _haloray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<lens::Lens>()?;
     module.add_class::<fit::Observation>()?;
     module.add_class::<ensemble::EnsemblePlan>()?;
+    module.add_function(wrap_pyfunction!(lens::lens_argument_unit, module)?)?;
     module.add_function(wrap_pyfunction!(haloes::populate, module)?)?;
     module.add_function(wrap_pyfunction!(run::image, module)?)?;
     module.add_function(wrap_pyfunction!(run::write_image, module)?)?;

@@ -42,7 +42,8 @@ impl Preset {
     }
 }
 
-/// Resolves `preset`, overlaid key by key with the user's file, which holds only the keys it changes.
+/// Resolves `preset`, overlaid key by key with the user's file, which holds only the keys it changes. A file that is a whole
+/// configuration, as every run leaves one, stands alone.
 ///
 /// # Errors
 /// A file that cannot be read, is not TOML, or holds an unknown key, a wrong type or a value outside its domain:
@@ -119,8 +120,11 @@ pub fn resolve(preset: Preset, path: &Path, text: &str, assigned: &str) -> Resul
         at: error.span().and_then(|span| line_and_column(text, span.start)),
         problem: plain_words(&error),
     };
-    let mut merged = DeTable::parse(preset.toml()).map_err(unreadable)?;
     let user = DeTable::parse(text).map_err(unreadable)?;
+    // What a resolved configuration leaves out is left out on purpose: it stands alone.
+    let is_complete = Config::deserialize(Deserializer::from(user.clone())).is_ok();
+    let below = if is_complete { "" } else { preset.toml() };
+    let mut merged = DeTable::parse(below).map_err(unreadable)?;
     overlay(merged.get_mut(), user.get_ref());
     let set = parse_assigned(preset, assigned)?;
     overlay(merged.get_mut(), set.get_ref());
@@ -204,6 +208,16 @@ mod tests {
             let text = toml::to_string(&config).unwrap();
             assert_eq!(toml::from_str::<Config>(&text).unwrap(), config);
         }
+    }
+
+    #[test]
+    fn a_resolved_file_stands_alone_over_any_preset() {
+        let assigned = "cosmology.h0_km_s_mpc = 73.0";
+        let config = super::resolve(Preset::Consistent, Path::new(""), "", assigned).unwrap();
+        let text = toml::to_string(&config).unwrap();
+        assert_eq!(resolve(Preset::Paper, Path::new(""), &text).unwrap(), config);
+        let seed = super::resolve(Preset::Paper, Path::new(""), &text, "seed = 9").unwrap();
+        assert_eq!((seed.seed, seed.haloes), (9, config.haloes));
     }
 
     #[test]

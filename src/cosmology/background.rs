@@ -40,9 +40,9 @@ pub struct Background {
 }
 
 impl Background {
-    /// Background with `h0_km_s_mpc` > 0 and 0 < `omega_m` ≤ 1 (1 is Einstein–de Sitter).
+    /// Background with 10 ≤ `h0_km_s_mpc` ≤ 1000, which h = H0/100 is not, and 0 < `omega_m` ≤ 1 (1 is Einstein–de Sitter).
     pub fn new(h0_km_s_mpc: f64, omega_m: f64) -> Result<Self> {
-        Domain::POSITIVE.check("h0_km_s_mpc", h0_km_s_mpc)?;
+        Domain::from_to(10.0, 1000.0).check("h0_km_s_mpc", h0_km_s_mpc)?;
         Domain::above_to(0.0, 1.0).check("omega_m", omega_m)?;
         Ok(Self { h0_km_s_mpc, omega_m })
     }

@@ -171,7 +171,7 @@ impl<'a> Search<'a> {
         let middle = [0, 1].map(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
         let distance = |p: &[f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]);
         let nearest = self.window.lens_centres_arcsec.iter().map(distance).fold(f64::INFINITY, f64::min);
-        (GRADING * nearest).clamp(SMALLEST_ARCSEC, self.first_size)
+        (GRADING * nearest).max(SMALLEST_ARCSEC).min(self.first_size)
     }
 
     /// True where det A at the nodes, and its slope there, lead one to think that it may change sign within the triangle: twice

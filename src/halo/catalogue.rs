@@ -130,10 +130,16 @@ impl HaloCatalogue {
             HaloMasses::Angles { r_s_arcsec, alpha_rs_arcsec } => (r_s_arcsec, alpha_rs_arcsec, None, None),
             HaloMasses::Physical { m200c_msun, c200c } => {
                 let scaling = NfwScaling::new(background, z_source);
-                let (r_s_arcsec, alpha_rs_arcsec) = (0..rows)
+                let (r_s_arcsec, alpha_rs_arcsec): (Vec<f64>, Vec<f64>) = (0..rows)
                     .into_par_iter()
                     .map(|i| scaling.angles_arcsec(m200c_msun[i], c200c[i], z[i], chi_cmpc[i]))
                     .unzip();
+                let is_lens =
+                    |i: &usize| r_s_arcsec[*i] > 0.0 && r_s_arcsec[*i] + alpha_rs_arcsec[*i] < f64::INFINITY;
+                if let Some(row) = (0..rows).find(|i| !is_lens(i)) {
+                    let allowed = "such that the scale radius and the deflection are finite numbers".into();
+                    return Err(RowFault { row, column: "c200c", value: Some(c200c[row]), allowed });
+                }
                 (r_s_arcsec, alpha_rs_arcsec, Some(m200c_msun), Some(c200c))
             }
         };
@@ -184,6 +190,20 @@ impl HaloCatalogue {
         self.z_source
     }
 
+    /// Median ratio of the deflections to those of the masses and concentrations, where it is so far from one that the angles must
+    /// belong to another source or cosmology; none where they agree, or without masses.
+    pub fn angles_against_masses(&self) -> Option<f64> {
+        /// Largest disagreement.
+        const ALLOWED: f64 = 0.01;
+        let (m200c_msun, c200c) = (self.m200c_msun.as_ref()?, self.c200c.as_ref()?);
+        let scaling = NfwScaling::new(&self.background, self.z_source);
+        let of_mass =
+            |i: usize| scaling.angles_arcsec(m200c_msun[i], c200c[i], self.z[i], self.chi_cmpc[i]).1;
+        let mut ratios: Vec<f64> = (0..self.len()).map(|i| self.alpha_rs_arcsec[i] / of_mass(i)).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied().filter(|median| (median - 1.0).abs() > ALLOWED)
+    }
+
     /// Number of haloes.
     pub fn len(&self) -> usize {
         self.z.len()
@@ -216,7 +236,13 @@ impl HaloCatalogue {
 
     /// The haloes for which `keep` says so, in the same order.
     pub fn select(&self, keep: &[bool]) -> Self {
-        let pick = |column: &Vec<f64>| filtered(column, keep);
+        let places: Vec<usize> = (0..self.len()).filter(|i| keep.get(*i) == Some(&true)).collect();
+        self.at(&places)
+    }
+
+    /// The haloes at these places, from 0, in that order; places that are not there are left out.
+    pub fn at(&self, places: &[usize]) -> Self {
+        let pick = |column: &Vec<f64>| picked(column, places);
         Self {
             background: self.background,
             z_source: self.z_source,
@@ -233,14 +259,14 @@ impl HaloCatalogue {
             extra_text: self
                 .extra_text
                 .iter()
-                .map(|(name, column)| (name.clone(), filtered(column, keep)))
+                .map(|(name, column)| (name.clone(), picked(column, places)))
                 .collect(),
         }
     }
 }
 
-fn filtered<T: Clone>(column: &[T], keep: &[bool]) -> Vec<T> {
-    column.iter().zip(keep).filter(|(_, keep)| **keep).map(|(v, _)| v.clone()).collect()
+fn picked<T: Clone>(column: &[T], places: &[usize]) -> Vec<T> {
+    places.iter().filter_map(|place| column.get(*place).cloned()).collect()
 }
 
 #[cfg(test)]
@@ -285,6 +311,11 @@ mod tests {
     fn selection_keeps_order_and_all_columns() {
         let mut haloes = build(0.3, 2.0, 0.2).unwrap();
         haloes.extra.push(("id".into(), vec![7.0, 8.0]));
+        let turned = haloes.at(&[1, 0, 1]);
+        assert_eq!(
+            (turned.z.as_slice(), turned.extra[0].1.as_slice()),
+            ([0.3, 0.4, 0.3].as_slice(), [8.0, 7.0, 8.0].as_slice())
+        );
         let one = haloes.select(&[false, true]);
         assert_eq!((one.len(), one.z[0], one.r_s_arcsec[0], one.extra[0].1[0]), (1, 0.3, 2.0, 8.0));
     }

@@ -1,13 +1,14 @@
 //! Point-spread functions, and the convolution of one image.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::gaussian_blur;
 use super::grid::SkyGrid;
 use crate::error::{Domain, Error, Result};
 
 /// A point-spread function on the pixel grid.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Psf {
     /// No blurring.
     None,

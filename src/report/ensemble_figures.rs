@@ -69,12 +69,12 @@ pub fn distribution_figure(table: &SightlineTable) -> Figure {
 pub fn joint_figure(table: &SightlineTable) -> Figure {
     let log = |values: Vec<f64>| -> Vec<f64> { values.into_iter().map(f64::log10).collect() };
     let columns = [
-        ("γ_{1}^{LOS}", values(table, "gamma1_los_ring")),
-        ("γ_{2}^{LOS}", values(table, "gamma2_los_ring")),
-        ("κ_{LOS}", values(table, "kappa_los_ring")),
+        ("γ_{1}^{LOS}, ring", values(table, "gamma1_los_ring")),
+        ("γ_{2}^{LOS}, ring", values(table, "gamma2_los_ring")),
+        ("κ_{LOS}, ring", values(table, "kappa_los_ring")),
         ("log_{10} Δ_{tot}", log(values(table, "delta_tot"))),
-        ("log_{10} |F|", log(modulus(table, "F", "os_disc_per_arcsec"))),
-        ("log_{10} |G|", log(modulus(table, "G", "os_disc_per_arcsec"))),
+        ("log_{10} |F|, disc", log(modulus(table, "F", "os_disc_per_arcsec"))),
+        ("log_{10} |G|, disc", log(modulus(table, "G", "os_disc_per_arcsec"))),
     ];
     let is_whole = |row: &usize| columns.iter().all(|(_, v)| v.get(*row).is_some_and(|v| v.is_finite()));
     let whole: Vec<usize> = (0..table.numbers.len()).filter(is_whole).collect();

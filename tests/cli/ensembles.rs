@@ -291,3 +291,39 @@ fn expected_shears_are_those_of_the_ensemble_with_the_same_discs_and_fall_with_s
         assert!(folder.files() == before, "{command}");
     }
 }
+
+#[test]
+fn what_means_nothing_is_told_of_or_refused() {
+    let folder = folder();
+    std::fs::write(folder.path("near.csv"), "z_lens,z_source,einstein_radius\n0.5,1.5,0.8\n").unwrap();
+    let output = folder.haloray("ensemble small.toml -n 1 --lenses near.csv --no-figures -o near");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("not used: einstein_radius; known are name"), "{said}");
+    for (arguments, wanted) in [
+        ("ensemble small.toml -n 2 --shards 2 -o no", "--submit"),
+        ("ensemble small.toml -n 2 --model tidal-flexion -o no", "left out without --level fits"),
+    ] {
+        let output = folder.haloray(arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(wanted), "{arguments}: {said}");
+        assert!(!folder.path("no").exists());
+    }
+}
+
+#[test]
+fn shards_of_a_preset_with_another_h0_are_those_of_one_process() {
+    let folder = folder();
+    let options = "--set cosmology.h0_km_s_mpc=73 --set structure.h0_km_s_mpc=73";
+    let job = format!("ensemble small.toml --preset consistent {options} -n 2 --no-figures");
+    succeeds(&folder, &format!("{job} -o direct"));
+    succeeds(&folder, &format!("{job} --submit slurm --no-submit --shards 2 -o many"));
+    assert!(succeeds(&folder, "status many.parts").contains("no shard has begun"));
+    // As array.sh has it.
+    for shard in 1..=2 {
+        let parts = format!("--shard {shard}/2 -o many.parts/{shard}");
+        succeeds(&folder, &format!("ensemble many.parts/config.toml -n 2 --no-figures {parts}"));
+    }
+    succeeds(&folder, "merge many.parts --no-figures -o many");
+    let [many, direct] = ["many", "direct"].map(|name| files_of(&folder, name));
+    assert!(many[&PathBuf::from("sightlines.h5")] == direct[&PathBuf::from("sightlines.h5")]);
+}

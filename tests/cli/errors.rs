@@ -301,7 +301,7 @@ fn options_outside_their_domain_are_refused_by_name() {
         ("--z-source 1.5 --order 3", "'3' for '--order <0|1|2>': 3 is not in 0..=2"),
         ("--z-source 1.5 --sheets mean-density", "[possible values: on-axis, none]"),
         ("--z-source 1.5 --omega-m 2", "--omega-m is 2, but must be above 0 and at most 1"),
-        ("--z-source 1.5 --h0-km-s-mpc -70", "--h0-km-s-mpc is -70, but must be positive"),
+        ("--z-source 1.5 --h0-km-s-mpc -70", "--h0-km-s-mpc is -70, but must be from 10 to 1000"),
         ("--z-source 1.5 --threads 0", "'0' for '--threads <N>': 0 is not in 1..=1024"),
         ("", "--z-source <Z>"),
     ] {
@@ -325,7 +325,7 @@ fn options_outside_their_domain_are_refused_by_name() {
 fn a_file_of_the_users_own_is_replaced_on_request_alone() {
     let folder = folder();
     fs::write(folder.path("rays.csv"), "my notes").unwrap();
-    let wanted = "cannot write to rays.csv: it is there already, and haloray did not write it; give another name, or --overwrite";
+    let wanted = "cannot write to rays.csv: it is there already, and no unchanged file of haloray; give another name, or --overwrite";
     refuses(&folder, TRACE, &[wanted]);
     assert!(folder.haloray(&format!("{TRACE} --overwrite")).status.success());
     assert!(folder.haloray(TRACE).status.success(), "its own file is replaced");

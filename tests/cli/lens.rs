@@ -177,7 +177,7 @@ fn redshifts_in_the_wrong_order_are_refused() {
 fn lists_of_different_lengths_are_refused() {
     let text = model(&["EPL", "SHEAR"], &[epl()]).to_string();
     assert_refused(&text, &["length of kwargs_lens is 1, but must be 2 as the lens_model_list"]);
-    assert_refused(&model(&[], &[]).to_string(), &["length of kwargs_lens is 0"]);
+    assert_refused(&model(&[], &[]).to_string(), &["lens_model_list is empty"]);
 }
 
 #[test]

@@ -213,6 +213,8 @@ fn what_is_not_clear_or_no_halo_is_refused_with_its_place() {
             "is 0, but must be at least 1: ask for fewer sightlines",
         ),
         ("a.csv", cone(plain, ""), "--z-lens 2", "line_of_sight.z_lens is 2"),
+        ("a.csv", cone(plain, ""), "./a.csv", "is given twice"),
+        ("a.csv", cone(plain, ""), "--behind-delta-z 0.1", "left out without --behind-mass"),
         ("a.parquet", cone(plain, ""), "", "Parquet is not read"),
     ] {
         let folder = Folder::with(&[(name, &text)]);

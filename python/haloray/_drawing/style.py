@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from .._packages import package
-from .._units import Array
+from .._units import Array, refuse
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,10 +69,15 @@ def pyplot() -> Any:
 
 
 def styled(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
-    """Draws in the style of haloray."""
+    """Draws in the style of haloray, into an Axes ``ax`` or a Figure ``figure`` if it is one."""
+    signature = inspect.signature(function)
 
     @functools.wraps(function)
     def drawn(*arguments: _Arguments.args, **options: _Arguments.kwargs) -> _Result:
+        given = signature.bind(*arguments, **options).arguments
+        for name, method, allowed in (("ax", "plot", "Axes"), ("figure", "subplots", "Figure or SubFigure")):
+            if given.get(name) is not None and not hasattr(given[name], method):
+                raise refuse(name, given[name], f"a matplotlib {allowed}, or None")
         # The backend of notebooks, which starts now if it has not, sets what the end of the style would set back.
         pyplot().draw_if_interactive()
         with pyplot().rc_context(STYLE):

@@ -12,7 +12,7 @@ from .._drawing import corner as _corner
 from .._drawing.style import CYCLE, finite, outline, panels, quantile, single, styled, text
 from .._ensemble import Ensemble
 from .._read import open_ensemble
-from .._units import Array
+from .._units import Array, refuse
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,12 +115,12 @@ def joint(ensemble: Any, figure: Figure | SubFigure | None = None) -> Any:
     own = _columns(ensemble)
     with np.errstate(divide="ignore", invalid="ignore"):
         columns = {
-            "γ_{1}^{LOS}": own("gamma1_los_ring"),
-            "γ_{2}^{LOS}": own("gamma2_los_ring"),
-            "κ_{LOS}": own("kappa_los_ring"),
+            "γ_{1}^{LOS}, ring": own("gamma1_los_ring"),
+            "γ_{2}^{LOS}, ring": own("gamma2_los_ring"),
+            "κ_{LOS}, ring": own("kappa_los_ring"),
             "log_{10} Δ_{tot}": np.log10(own("delta_tot")),
-            "log_{10} |F|": np.log10(_modulus(own, "F", "os_disc_per_arcsec")),
-            "log_{10} |G|": np.log10(_modulus(own, "G", "os_disc_per_arcsec")),
+            "log_{10} |F|, disc": np.log10(_modulus(own, "F", "os_disc_per_arcsec")),
+            "log_{10} |G|, disc": np.log10(_modulus(own, "G", "os_disc_per_arcsec")),
         }
     whole = np.isfinite(list(columns.values())).all(axis=0)
     draws = [values[whole] for values in columns.values()]
@@ -179,6 +179,8 @@ def _columns(ensemble: Any) -> Callable[[str], Array]:
     else:
         is_path = isinstance(ensemble, (str, os.PathLike))
         opened = open_ensemble(cast("str | os.PathLike[str]", ensemble)) if is_path else ensemble
+        if not hasattr(opened, "data_vars"):
+            raise refuse("ensemble", ensemble, "a haloray.Ensemble, an xarray Dataset, or the folder of one")
         own = {str(name): opened[name].values for name in opened.data_vars}
     count = len(next(iter(own.values()), ()))
     return lambda name: np.asarray(own.get(name, np.full(count, np.nan)), dtype=np.float64)

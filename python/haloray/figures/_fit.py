@@ -29,7 +29,7 @@ from .._errors import InputError
 from .._fit import Fit
 from .._haloray import read_groups
 from .._read import Posterior, folder_file, read
-from .._units import Array, names_in
+from .._units import Array, mapping, names_in
 from ._saved import half_of, json_of
 
 if TYPE_CHECKING:
@@ -168,7 +168,9 @@ def corner(
         No such file.
     """
     all_fits: Mapping[str, FitLike] = fits if isinstance(fits, Mapping) else {"": fits}
-    return _corner.corner({name: _draws(fit) for name, fit in all_fits.items()}, names, figure, truths=truths)
+    draws = {name: _draws(fit) for name, fit in all_fits.items()}
+    _check_truths(truths, [name for own in draws.values() for name in own])
+    return _corner.corner(draws, names, figure, truths=truths)
 
 
 @styled
@@ -199,6 +201,7 @@ def trace(
         No such file.
     """
     draws = _draws(fit)
+    _check_truths(truths, list(draws))
     chosen = list(draws) if names is None else names_in("names", names)
     unknown = [name for name in chosen if name not in draws]
     if unknown:
@@ -224,6 +227,12 @@ def trace(
     axes[-1, 0].set_xlabel("draw")
     axes[-1, 1].set_xlabel("rank of draw")
     return figure
+
+
+def _check_truths(truths: Any, known: list[str]) -> None:
+    for name in () if truths is None else mapping("truths", truths, "values by name"):
+        if name not in known:
+            raise InputError(f"{name} of truths is no quantity of the fit, which has {', '.join(dict.fromkeys(known))}")
 
 
 def _draws(fit: FitLike) -> dict[str, Array]:

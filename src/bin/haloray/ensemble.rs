@@ -19,6 +19,9 @@ use crate::settings::{Settings, Tracing, check_many, provenance, psf, with_named
 use crate::slurm;
 use crate::terminal::{print, warn};
 
+/// The model of fits where none is named.
+const FIT_MODEL: &str = "tidal-minimal";
+
 /// Many sightlines of a configuration, or of a table of lenses, into one table with statistics and figures.
 ///
 /// Sightline K is that of `haloray simulate --sightline K` to the last bit, whatever is computed beside it: alone, in any
@@ -48,7 +51,7 @@ pub struct Args {
     #[arg(long, value_name = "scalars|maps|images|fits", default_value_t = Level::Scalars)]
     level: Level,
     /// The built-in model of the fits.
-    #[arg(long, value_name = "NAME", default_value = "tidal-minimal")]
+    #[arg(long, value_name = "NAME", default_value = FIT_MODEL)]
     model: String,
     /// Radii of discs about the axis ray over which γ_LOS is averaged too, as smoothed maps have it.
     #[arg(long, value_name = "ARCSEC,…", value_delimiter = ',')]
@@ -77,6 +80,9 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let description = ModelDescription::built_in(&args.model)?;
     if args.level == Level::Fits && description.line_of_sight.model == LineOfSightKind::Haloes {
         return Err(Error::argument("--model", &args.model, "one with gamma1_los and gamma2_los"));
+    }
+    if args.level != Level::Fits && args.model != FIT_MODEL {
+        return Err(Error::argument("--model", &args.model, "left out without --level fits"));
     }
     let lenses = args.lenses.as_deref().map(read_lenses).transpose()?.unwrap_or_default();
     let (first, number) = match args.sightline {

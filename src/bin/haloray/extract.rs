@@ -158,6 +158,9 @@ impl Cone {
         cone.behind_mass_msun = self.behind_mass.or(cone.behind_mass_msun);
         cone.behind_delta_z = self.behind_delta_z.or(cone.behind_delta_z);
         cone.skip_bad_rows |= self.skip_bad_rows;
+        if let (Some(delta), None) = (self.behind_delta_z, cone.behind_mass_msun) {
+            return Err(Error::argument("--behind-delta-z", delta, "left out without --behind-mass"));
+        }
         Ok(cone)
     }
 }

@@ -19,6 +19,9 @@ pub enum Scheduler {
     Slurm,
 }
 
+/// What submits the shards, in the folder of their parts.
+pub const SUBMIT_SCRIPT: &str = "submit.sh";
+
 /// How an ensemble is submitted.
 #[derive(clap::Args)]
 #[command(next_help_heading = "On a cluster")]
@@ -30,10 +33,10 @@ pub struct Args {
     #[arg(long, requires = "submit")]
     no_submit: bool,
     /// Number of shards.
-    #[arg(long, value_name = "K", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "K", requires = "submit", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     shards: u64,
     /// Cores of each task.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1024))]
+    #[arg(long, value_name = "N", requires = "submit", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1024))]
     cpus: u64,
     /// Partition to submit to.
     #[arg(long, value_name = "NAME", requires = "submit")]
@@ -111,7 +114,7 @@ impl Args {
             stage_text(&staging, name, text)?;
         }
         commit(staging)?;
-        let script = parts.join("submit.sh");
+        let script = parts.join(SUBMIT_SCRIPT);
         if self.no_submit {
             return print_result(&format!(
                 "scripts in {}; submit them by: sh {}\n",

@@ -9,7 +9,7 @@ use haloray::{Error, Result};
 
 use crate::ensemble::store_beside;
 use crate::merge::folders_in;
-use crate::slurm::in_queue;
+use crate::slurm::{SUBMIT_SCRIPT, in_queue};
 use crate::terminal::print_result;
 
 /// How far an ensemble is: its sightlines that have ended, shard by shard where DIR holds shards.
@@ -36,11 +36,15 @@ pub fn run(args: &Args) -> Result<()> {
     let known: Vec<(PathBuf, Status)> =
         folders.iter().filter_map(|folder| of(folder).transpose()).collect::<Result<_>>()?;
     let queue = in_queue(&args.folder);
-    if known.is_empty() && queue.is_none() {
+    let is_submitted = args.folder.join(SUBMIT_SCRIPT).is_file();
+    if known.is_empty() && queue.is_none() && !is_submitted {
         let allowed = "a folder of `haloray ensemble`, or one that holds such folders";
         return Err(Error::argument("DIR", args.folder.display().to_string(), allowed));
     }
     let mut text = String::new();
+    if known.is_empty() {
+        text += &format!("{}: no shard has begun\n", args.folder.display());
+    }
     for (folder, status) in &known {
         text += &format!("{}: {}\n", folder.display(), status.text);
     }

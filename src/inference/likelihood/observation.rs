@@ -1,10 +1,12 @@
 //! The image to fit, with what is known of its noise and PSF.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Domain, Error, Result};
 use crate::imaging::{Instrument, Noise, Psf, SkyGrid};
 
 /// A square image in e⁻/s with its noise model and PSF.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Observation {
     /// The sky grid.
     pub grid: SkyGrid,

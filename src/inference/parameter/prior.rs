@@ -82,6 +82,9 @@ impl Prior {
                 Domain::POSITIVE.check(&what("standard deviation of ln"), sd)?;
             }
         }
+        if let (Some(low), Some(high)) = (self.low, self.high) {
+            Domain::above(low).check_in_words(&what("high"), high, &format!("above low, {low}"))?;
+        }
         Domain::POSITIVE.check(&what("probability between low and high"), self.window().inside)?;
         Ok(())
     }

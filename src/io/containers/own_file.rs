@@ -5,26 +5,30 @@ use std::path::Path;
 
 use super::fits_file::{self as fits, VERSION_KEYWORD};
 use super::run_file_reader::RunFileReader;
-use super::table_csv::provenance_file;
+use super::table_csv::{csv_hash, provenance_beside, provenance_file};
 use super::table_file::Format;
 use crate::error::{Error, Result};
 
-/// Refuses to replace a file that no command of haloray wrote; an empty one holds nothing.
+/// Refuses to replace a file that no command of haloray wrote, or a CSV that was changed since; an empty one holds nothing.
 ///
 /// # Errors
 /// [`Error::OutputPlace`].
 pub fn check_own(path: &Path) -> Result<()> {
-    let is_there = std::fs::metadata(path).is_ok_and(|found| found.len() > 0);
-    if !is_there || is_own(path) {
-        return Ok(());
+    let is_there = |path: &Path| std::fs::metadata(path).is_ok_and(|found| found.len() > 0);
+    let refuse = |path: &Path| {
+        let text = "it is there already, and no unchanged file of haloray; give another name, or --overwrite";
+        Err(Error::OutputPlace { path: path.into(), source: IoError::new(ErrorKind::AlreadyExists, text) })
+    };
+    let beside = provenance_file(path);
+    if matches!(Format::of(path), Ok(Format::Csv)) && is_there(&beside) && provenance_beside(path).is_none() {
+        return refuse(&beside);
     }
-    let text = "it is there already, and haloray did not write it; give another name, or --overwrite";
-    Err(Error::OutputPlace { path: path.into(), source: IoError::new(ErrorKind::AlreadyExists, text) })
+    if !is_there(path) || is_own(path) { Ok(()) } else { refuse(path) }
 }
 
 fn is_own(path: &Path) -> bool {
     match Format::of(path) {
-        Ok(Format::Csv) => provenance_file(path).is_file(),
+        Ok(Format::Csv) => provenance_beside(path).is_some_and(|of| of == csv_hash(path)),
         Ok(Format::Hdf5) => RunFileReader::open(path).and_then(|file| file.provenance()).is_ok(),
         Ok(Format::Fits) => {
             fits::read(path).is_ok_and(|units| units[0].header.find(VERSION_KEYWORD).is_some())
@@ -54,5 +58,12 @@ mod tests {
             let error = check_own(&other).unwrap_err();
             assert!(error.is_bad_input() && error.to_string().contains("--overwrite"), "{error}");
         }
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, "x,mine\n1,2\n").unwrap();
+        assert!(check_own(&path).unwrap_err().to_string().contains("t.csv: it is there already"));
+        let notes = folder.path().join("notes.csv.provenance.toml");
+        std::fs::write(&notes, "my notes\n").unwrap();
+        let error = check_own(&folder.path().join("notes.csv")).unwrap_err().to_string();
+        assert!(error.contains("notes.csv.provenance.toml"), "{error}");
     }
 }

@@ -47,6 +47,10 @@ impl Staging {
             let source = io::Error::new(ErrorKind::NotADirectory, "it is a file; a folder is wanted");
             return Err(Error::OutputPlace { path: final_dir.into(), source });
         }
+        if final_dir.is_symlink() && !final_dir.exists() {
+            let source = io::Error::new(ErrorKind::NotFound, "it is a link to a folder that is not there");
+            return Err(Error::OutputPlace { path: final_dir.into(), source });
+        }
         let made_final_dir = match final_dir.is_dir() {
             true => None,
             false => Some(Temporary::make_output_folder(final_dir)?.map_err(|e| place_error(final_dir, e))?),

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::atomic_file::{check_writable, folder_of};
+use super::checkpoint_file::hash;
 use super::column::{Column, Values, is_exact};
 use super::csv_dialect::{Ecsv, Fields, flush_comments, separator, without_nameless};
 use super::input_file;
@@ -151,8 +152,9 @@ pub(super) fn write(table: &Table, path: &Path, provenance: &Provenance) -> Resu
     staging.write(&name, |temporary| {
         write_rows(table, temporary).map_err(|error| Error::write(temporary, error))
     })?;
+    let text = format!("{}{CSV_HASH} = \"{}\"\n", provenance.to_toml(), csv_hash(&staging.path(&name)));
     staging.write(provenance_file(Path::new(&name)), |temporary| {
-        std::fs::write(temporary, provenance.to_toml()).map_err(|error| Error::write(temporary, error))
+        std::fs::write(temporary, text).map_err(|error| Error::write(temporary, error))
     })?;
     staging.commit().map(drop)
 }
@@ -162,6 +164,20 @@ pub(super) fn provenance_file(csv: &Path) -> PathBuf {
     let mut file = csv.as_os_str().to_owned();
     file.push(".provenance.toml");
     file.into()
+}
+
+/// Key of a provenance file: what the CSV held when it was written.
+const CSV_HASH: &str = "csv_hash";
+
+/// What a CSV holds, in sixteen digits.
+pub(super) fn csv_hash(path: &Path) -> String {
+    std::fs::read(path).map_or(String::new(), |bytes| format!("{:016x}", hash(&bytes)))
+}
+
+/// What a CSV held by the provenance of haloray beside it, if there is one.
+pub(super) fn provenance_beside(path: &Path) -> Option<String> {
+    let text = std::fs::read_to_string(provenance_file(path)).ok()?;
+    Some(text.parse::<toml::Table>().ok()?.get(CSV_HASH)?.as_str()?.to_owned())
 }
 
 fn write_rows(table: &Table, path: &Path) -> csv::Result<()> {
@@ -339,7 +355,12 @@ mod tests {
         write(&table, &folder.path().join("t.csv"), &provenance).unwrap();
         let text = |name| std::fs::read_to_string(folder.path().join(name)).unwrap();
         assert_eq!(text("t.csv"), "z\n0.5\n6.2e-9\n");
-        assert_eq!(text("t.csv.provenance.toml"), provenance.to_toml());
+        let beside = text("t.csv.provenance.toml");
+        assert!(beside.starts_with(&provenance.to_toml()), "{beside}");
+        assert_eq!(
+            provenance_beside(&folder.path().join("t.csv")),
+            Some(csv_hash(&folder.path().join("t.csv")))
+        );
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
         let error = write(&table, &folder.path().join("missing/t.csv"), &provenance).unwrap_err();
         assert!(matches!(error, Error::OutputPlace { .. }));

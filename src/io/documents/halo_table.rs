@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::config::LineOfSightConfig;
 use crate::cosmology::Background;
 use crate::error::{Result, TableKind};
-use crate::halo::{HaloCatalogue, HaloMasses, NfwScaling};
+use crate::halo::{HaloCatalogue, HaloMasses};
 use crate::io::containers::{Column, Provenance, RunFileReader, Table, Values};
 
 /// Name of the HDF5 group or FITS extension with haloes.
@@ -23,9 +23,6 @@ const KNOWN: [&str; 8] = [
     "m200c_msun",
     "c200c",
 ];
-
-/// Largest median disagreement of α_Rs with M200c and c200c before a table with both is refused.
-const ANGLES_AGAINST_MASSES: f64 = 0.01;
 
 /// Reads a halo table (CSV, HDF5, FITS) for a source at `z_source`.
 ///
@@ -67,17 +64,47 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
             table.fault_in_row(fault.row, fault.column, problem)
         })?;
     haloes.r_trunc_arcsec = truncation_radii(&table)?;
-    if by_angles && let (Some(m), Some(c)) = (&m200c_msun, &c200c) {
-        check_same_source(&table, &haloes, m, c)?;
-    }
     (haloes.m200c_msun, haloes.c200c) = (m200c_msun, c200c);
-    for own in table.columns().iter().filter(|c| !KNOWN.iter().any(|k| k.eq_ignore_ascii_case(&c.name))) {
+    if by_angles {
+        check_same_source(&table, &haloes)?;
+    }
+    tell_of_masses(path, &haloes);
+    let own = |c: &&Column| !KNOWN.iter().any(|k| k.eq_ignore_ascii_case(&c.name));
+    let unused: Vec<&str> = table.columns().iter().filter(own).map(|c| c.name.as_str()).collect();
+    tell_of_unused(path, &unused);
+    for own in table.columns().iter().filter(own) {
         match &own.values {
             Values::F64(values) => haloes.extra.push((own.name.clone(), values.clone())),
             Values::Text(values) => haloes.extra_text.push((own.name.clone(), values.clone())),
         }
     }
     Ok(haloes)
+}
+
+/// Says which columns a halo's lens might be expected to depend on, and does not.
+fn tell_of_unused(path: &Path, names: &[&str]) {
+    /// Parts of the names that others give to what haloray uses.
+    const ALIKE: [&str; 12] =
+        ["trunc", "tau", "mass", "m200", "m500", "mvir", "conc", "c200", "cvir", "radius", "alpha", "theta"];
+    let is_alike = |name: &&&str| ALIKE.iter().any(|part| name.to_ascii_lowercase().contains(part));
+    let alike: Vec<&str> = names.iter().filter(is_alike).copied().collect();
+    if !alike.is_empty() {
+        let (alike, known) = (alike.join(", "), KNOWN.join(", "));
+        log::info!("{}: kept, but not used: {alike}; the columns that are used are {known}", path.display());
+    }
+}
+
+/// Warns of masses that look like logarithms, or like multiples of 10¹⁰ solar masses.
+fn tell_of_masses(path: &Path, haloes: &HaloCatalogue) {
+    /// A microhalo of cold dark matter has 10⁻⁶ solar masses; one that is seen in a catalogue has far more than this.
+    const SMALLEST_MSUN: f64 = 1e4;
+    let largest = haloes.m200c_msun.iter().flatten().copied().fold(0.0, f64::max);
+    if largest > 0.0 && largest < SMALLEST_MSUN {
+        log::warn!(
+            "{}: no m200c_msun is above {largest:.4} solar masses; are these logarithms, or units of 1e10 Msun?",
+            path.display()
+        );
+    }
 }
 
 /// The line of sight that the haloes of a file were simulated or drawn for, if it is an .h5 of haloray that says so.
@@ -108,19 +135,8 @@ fn truncation_radii(table: &Table) -> Result<Option<Vec<f64>>> {
 }
 
 /// A table with angles and masses says twice what a halo does: refuse it when the two contradict each other.
-fn check_same_source(table: &Table, haloes: &HaloCatalogue, m200c_msun: &[f64], c200c: &[f64]) -> Result<()> {
-    let scaling = NfwScaling::new(haloes.background(), haloes.z_source());
-    let mut ratios: Vec<f64> = (0..haloes.len())
-        .map(|i| {
-            haloes.alpha_rs_arcsec[i]
-                / scaling.angles_arcsec(m200c_msun[i], c200c[i], haloes.z[i], haloes.chi_cmpc[i]).1
-        })
-        .collect();
-    ratios.sort_by(f64::total_cmp);
-    let median = ratios[ratios.len() / 2];
-    if (median - 1.0).abs() <= ANGLES_AGAINST_MASSES {
-        return Ok(());
-    }
+fn check_same_source(table: &Table, haloes: &HaloCatalogue) -> Result<()> {
+    let Some(median) = haloes.angles_against_masses() else { return Ok(()) };
     let problem = format!(
         "contradict each other for a source at z = {} (median ratio {median:.4}): the angles were reduced to \
          another source or cosmology; leave out either r_s_arcsec,alpha_rs_arcsec or m200c_msun,c200c",

@@ -45,6 +45,7 @@ pub(super) fn push_wcs(header: &mut Header, nx: usize, ny: usize, pixel_scale_ar
 /// # Errors
 /// Statements that contradict each other, with both values; pixels that are not square; units that are no angle.
 pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<Option<f64>> {
+    tell_of_distortion(path, header);
     let fault = |problem: String| Err(Error::file(FileFault::Content, path, problem));
     let mut stated: Vec<(&str, f64)> = Vec::new();
     let has_pc = matrix(path, header, "PC", 1.0)?.is_some();
@@ -75,6 +76,20 @@ pub(super) fn pixel_scale_arcsec(path: &Path, header: &Header) -> Result<Option<
     }
     let exact = stated.iter().rev().find(|&one| DIRECT.contains(&one.0) && !differs(EXACT_TOLERANCE)(&one));
     Ok(Some(exact.map_or(first, |(_, scale)| *scale)))
+}
+
+/// Says of a WCS with a distortion that the scale is that of its linear part.
+fn tell_of_distortion(path: &Path, header: &Header) {
+    /// What `CTYPEi` ends in where polynomials or tables bend the axes (SIP, TPV, TNX, ZPX).
+    const BENT: [&str; 4] = ["-SIP", "TPV", "TNX", "ZPX"];
+    let kind = header.get_string("CTYPE1").unwrap_or_default();
+    if BENT.iter().any(|end| kind.trim().ends_with(end)) {
+        log::warn!(
+            "{}: the distortion of its WCS ({}) is not applied: pixels are taken to be square, of the scale at the reference pixel",
+            path.display(),
+            kind.trim()
+        );
+    }
 }
 
 /// The angle in degrees by which the sky's y axis is turned against that of the pixels, if the header says so.

@@ -33,6 +33,18 @@ pub fn read_lenses(path: &Path) -> Result<Vec<TabledLens>> {
     let table = Table::read(path, LENSES_GROUP)?.in_own_units(&["z_lens", "z_source", RADIUS])?;
     let (z_lens, z_source) = (table.required_f64("z_lens")?, table.required_f64("z_source")?);
     let radius = table.optional_f64(RADIUS)?;
+    let known = ["name", "z_lens", "z_source", RADIUS];
+    let names = table.columns().iter().map(|column| column.name.as_str());
+    let unused: Vec<&str> =
+        names.filter(|name| !known.iter().any(|own| own.eq_ignore_ascii_case(name))).collect();
+    if !unused.is_empty() {
+        log::warn!(
+            "{}: columns that are not used: {}; known are {}",
+            path.display(),
+            unused.join(", "),
+            known.join(", ")
+        );
+    }
     let name = |row: usize| match table.column("name").map(|column| &column.values) {
         Some(Values::Text(names)) => names[row].clone(),
         Some(Values::F64(numbers)) => numbers[row].to_string(),
@@ -44,7 +56,8 @@ pub fn read_lenses(path: &Path) -> Result<Vec<TabledLens>> {
             false => Err(table.fault_in_row(row, column, format!("is {value}, but must be {domain}"))),
         };
         let z_source = checked("z_source", z_source[row], Domain::above_to(0.0, 20.0))?;
-        let radius = radius.map(|radius| checked(RADIUS, radius[row], Domain::NON_NEGATIVE)).transpose()?;
+        let radius =
+            radius.map(|radius| checked(RADIUS, radius[row], Domain::from_to(0.0, 60.0))).transpose()?;
         Ok(TabledLens {
             name: name(row),
             z_lens: checked("z_lens", z_lens[row], Domain::inside(0.0, z_source))?,

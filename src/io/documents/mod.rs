@@ -23,7 +23,8 @@ pub use halo_table::{HALOES_GROUP, SHEET_COLUMN, halo_table, read_haloes, read_l
 pub use image_fits::{ImageFile, PsfKernel};
 pub use image_table::{curve_table, image_table, kind_name};
 pub use lens_model::{
-    LensModelFile, LensModelParts, LensOfFile, LensRedshifts, lens_model_names, read_lens_model,
+    LensModelFile, LensModelParts, LensOfFile, LensRedshifts, lens_argument_unit, lens_model_names,
+    read_lens_model,
 };
 pub use lens_table::{LENSES_GROUP, TabledLens, read_lenses};
 pub use lightcone::{CONE_INDEX_FILE, ConeExtraction, extract_cone, read_cone, write_cone};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::exposure_keywords::ExposureKeywords;
-use super::image_fits::ImageFile;
+use super::image_fits::{ImageFile, PsfKernel};
 use crate::error::{Domain, Error, FileFault, Result};
 use crate::imaging::{Psf, SkyGrid};
 use crate::inference::Observation;
@@ -87,6 +87,7 @@ fn psf(path: &Path, image: &ImageFile) -> Result<Psf> {
             let normalised = near_one.check_in_words("sum of the PSF kernel", total, "1 within 1e-3");
             let psf = normalised
                 .and_then(|_| Psf::kernel(kernel.nx, kernel.ny, kernel.data.clone(), kernel.oversampling));
+            tell_of_centre(path, kernel);
             let fine = image.nx * kernel.oversampling;
             Domain::from_to(1.0, 4096.0)
                 .check("pixels of the image times those of the PSF in one", fine as f64)?;
@@ -95,10 +96,28 @@ fn psf(path: &Path, image: &ImageFile) -> Result<Psf> {
     }
 }
 
+/// Warns of a kernel whose light is not centred on its middle pixel: a fit would find everything displaced by as much.
+fn tell_of_centre(path: &Path, kernel: &PsfKernel) {
+    /// Pixels of the image.
+    const NOTICED: f64 = 0.25;
+    let total: f64 = kernel.data.iter().sum();
+    let moment = |along: &dyn Fn(usize) -> usize, side: usize| {
+        let weighted: f64 = kernel.data.iter().enumerate().map(|(i, weight)| weight * along(i) as f64).sum();
+        (weighted / total - 0.5 * (side as f64 - 1.0)) / kernel.oversampling as f64
+    };
+    let offset = [moment(&|i| i % kernel.nx, kernel.nx), moment(&|i| i / kernel.nx, kernel.ny)];
+    if offset[0].hypot(offset[1]) > NOTICED {
+        let [x, y] = offset;
+        log::warn!(
+            "{}: the light of the PSF is {x:.2}, {y:.2} pixels off the kernel's middle; everything fitted is displaced by as much",
+            path.display()
+        );
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::PsfKernel;
 
     fn image() -> ImageFile {
         ImageFile {

@@ -17,7 +17,7 @@ use crate::mapping::Mapping;
 use crate::mapping::multiplane::GeneralMultiPlane;
 use crate::mapping::tidal::{LineOfSightModel, TidalLens};
 use crate::profile::mass::MassModel;
-use crate::profile::registry::mass_names;
+use crate::profile::registry::{mass, mass_names};
 
 /// A model file: one lens plane at `z_lens`, or a redshift for every model in `lens_redshift_list`.
 #[derive(Debug, Clone, Deserialize)]
@@ -49,7 +49,7 @@ struct CosmologyFile {
 pub struct LensModelFile {
     /// The model.
     pub lens: LensOfFile,
-    /// Where results differ from lenstronomy's on purpose.
+    /// Where results differ from lenstronomy's on purpose, and what does nothing.
     pub warnings: Vec<String>,
 }
 
@@ -106,7 +106,15 @@ impl ModelFile {
     fn build(&self, default_background: &Background) -> Result<LensModelFile> {
         let background = match &self.cosmology {
             None => *default_background,
-            Some(own) => own.background()?,
+            Some(own) => {
+                let own = own.background()?;
+                let is_said = *default_background != Background::paper() && *default_background != own;
+                if is_said {
+                    let allowed = "left out, or that of the options: the file has one of its own";
+                    return Err(Error::out_of_range("cosmology", "another than the options'", allowed));
+                }
+                own
+            }
         };
         let redshifts = match (&self.lens_redshift_list, self.z_lens) {
             (Some(_), Some(z_lens)) => {
@@ -119,6 +127,9 @@ impl ModelFile {
                 return Err(Error::out_of_range("z_lens", "missing", allowed));
             }
         };
+        if self.lens_model_list.is_empty() {
+            return Err(Error::out_of_range("lens_model_list", "empty", "a list of at least one model"));
+        }
         let parts = LensModelParts { lens_model_list: &self.lens_model_list, kwargs_lens: &self.kwargs_lens };
         parts.build(&redshifts, &background)
     }
@@ -159,6 +170,14 @@ pub fn lens_model_names() -> Vec<&'static str> {
     [mass_names().as_slice(), &LINES_OF_SIGHT].concat()
 }
 
+/// The unit of an argument of a model, `arcsec`, `1/arcsec`, `rad` or empty; none for a name that the model does not have.
+pub fn lens_argument_unit(model: &str, argument: &str) -> Option<&'static str> {
+    if LINES_OF_SIGHT.contains(&model) {
+        return Some(if argument.starts_with(['F', 'G']) { "1/arcsec" } else { "" });
+    }
+    mass(model).ok()?.arguments().find(|own| own.name == argument).map(|own| own.unit)
+}
+
 impl LensModelParts<'_> {
     /// The lens, with distances of `background`.
     ///
@@ -182,8 +201,8 @@ impl LensModelParts<'_> {
     /// Names that are known, and arguments for each.
     fn check_list(&self) -> Result<()> {
         let (names, kwargs) = (self.lens_model_list, self.kwargs_lens);
-        if names.len() != kwargs.len() || names.is_empty() {
-            let allowed = format!("{} as the lens_model_list, and at least 1", names.len());
+        if names.len() != kwargs.len() {
+            let allowed = format!("{} as the lens_model_list", names.len());
             return Err(Error::out_of_range("length of kwargs_lens", kwargs.len(), &allowed));
         }
         let known = lens_model_names();
@@ -238,7 +257,14 @@ impl LensModelParts<'_> {
             lenses.push((z, arguments.profile()?));
         }
         let lens = GeneralMultiPlane::new(background, z_source, &lenses)?;
-        Ok(LensModelFile { lens: LensOfFile::ManyPlanes(lens), warnings: Vec::new() })
+        let behind = |(name, z): (&String, &f64)| {
+            let is_behind = *z >= z_source;
+            is_behind.then(|| {
+                format!("{name} at z = {z} is not before the source at z = {z_source} and does nothing")
+            })
+        };
+        let warnings = self.lens_model_list.iter().zip(redshifts).filter_map(behind).collect();
+        Ok(LensModelFile { lens: LensOfFile::ManyPlanes(lens), warnings })
     }
 }
 

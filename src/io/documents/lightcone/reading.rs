@@ -1,5 +1,6 @@
 //! Rows of a light cone, file by file and part by part, checked and in degrees and solar masses.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use rayon::prelude::*;
@@ -67,7 +68,11 @@ impl ConeFiles {
     pub(super) fn open(cone: &LightconeConfig) -> Result<Self> {
         let mut found = Self { files: Vec::new(), row_count: Some(0), skip_bad_rows: cone.skip_bad_rows };
         let mut told = String::new();
+        let mut places = HashSet::new();
         for path in &cone.files {
+            if std::fs::canonicalize(path).is_ok_and(|place| !places.insert(place)) {
+                return Err(Error::table(path, "light cone", "is given twice; its haloes would count twice"));
+            }
             let stream = TableStream::open(path, GROUP)?;
             let (columns, in_words) = identify(path, stream.titles(), cone)?;
             if in_words != told {
