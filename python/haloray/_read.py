@@ -136,9 +136,14 @@ class Run:
             A run without maps.
         """
         maps = self.groups["maps"]
-        square = {name: (("theta_y", "theta_x"), values) for name, values in maps.items() if values.ndim == 2}
-        axis = next((values for name, values in maps.items() if name.startswith("theta") and values.ndim == 1), None)
-        coords = {} if axis is None else {"theta_y": axis, "theta_x": axis}
+        square = {
+            name: (("theta_y", "theta_x"), values, {"units": self.units.get(f"maps/{name}", "")})
+            for name, values in maps.items()
+            if values.ndim == 2
+        }
+        half = self.setting("maps", "half_width_arcsec")
+        axis = np.linspace(-half, half, int(self.setting("maps", "points")))
+        coords = {name: (name, axis, {"units": "arcsec"}) for name in ("theta_y", "theta_x")}
         found: xarray.Dataset = _xarray().Dataset(square, coords)
         return found
 

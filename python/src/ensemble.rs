@@ -150,6 +150,7 @@ impl EnsemblePlan {
             provenance: provenance(&Config(plan.config.clone()), 0).or_raise(py)?,
             level: plan.level.to_string(),
             model: if plan.level == Level::Fits { plan.model.clone() } else { String::new() },
+            inputs: plan.inputs().or_raise(py)?,
             whole: plan.numbers(),
             lenses: plan.lenses.clone(),
             numbers: plan.numbers().collect(),

@@ -1,12 +1,15 @@
 //! From the store of an ensemble to its table.
 
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
+use std::path::PathBuf;
 
 use super::columns::{EnsembleColumn, scalar_columns, tidal_columns};
 use super::plan::{Level, Plan};
 use super::store::{Outcome, SightlineStore};
-use crate::error::Result;
-use crate::io::{Provenance, SightlineColumn, SightlineTable, StackRows, StackSpec};
+use crate::error::{Error, Result};
+use crate::io::{CONE_INDEX_FILE, Provenance, SightlineColumn, SightlineTable, StackRows, StackSpec, hash};
 
 /// The table of the sightlines of `numbers`, all of which the store has.
 ///
@@ -31,6 +34,7 @@ pub fn assemble(
         provenance: provenance.clone(),
         level: plan.level.to_string(),
         model: if plan.level == Level::Fits { plan.model.clone() } else { String::new() },
+        inputs: plan.inputs()?,
         whole: plan.numbers(),
         lenses: plan.lenses.clone(),
         numbers: numbers.clone().collect(),
@@ -54,6 +58,34 @@ pub fn assemble(
         }
     }
     Ok(table)
+}
+
+impl Plan {
+    /// What is in the PSF and the light cone that a configuration names: of every file its size and a hash of its ends, as a light
+    /// cone may be a hundred gigabytes; of a folder of sightlines that of its index.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn inputs(&self) -> Result<String> {
+        const END: u64 = 1 << 20;
+        let of_file = |path: &PathBuf| -> Result<String> {
+            let path = if path.is_dir() { path.join(CONE_INDEX_FILE) } else { path.clone() };
+            let read = || -> std::io::Result<String> {
+                let mut file = File::open(&path)?;
+                let length = file.metadata()?.len();
+                let mut ends = Vec::new();
+                file.by_ref().take(END).read_to_end(&mut ends)?;
+                file.seek(SeekFrom::Start(length.saturating_sub(END)))?;
+                file.take(END).read_to_end(&mut ends)?;
+                Ok(format!("{length}:{:016x}", hash(&ends)))
+            };
+            read().map_err(Error::read(&path))
+        };
+        let cone = self.config.haloes.lightcone.iter().flat_map(|cone| &cone.files);
+        let files: Vec<String> =
+            self.config.instrument.psf_file.iter().chain(cone).map(of_file).collect::<Result<_>>()?;
+        Ok(files.join(" "))
+    }
 }
 
 /// The maps and images in a store.

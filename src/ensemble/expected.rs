@@ -116,6 +116,7 @@ mod tests {
             provenance: Provenance::new(None, ""),
             level: "scalars".into(),
             model: String::new(),
+            inputs: String::new(),
             whole: 0..4,
             lenses: vec![lens(0.3), lens(0.6)],
             numbers: vec![0, 1, 2, 3],

@@ -105,6 +105,7 @@ fn check_alike(first_path: &Path, first: &SightlineTable, path: &Path, table: &S
         ("version of haloray", (&a.version, &a.git_revision) != (&b.version, &b.git_revision)),
         ("seed", a.seed != b.seed),
         ("configuration", a.config_toml != b.config_toml),
+        ("content of the files it names", first.inputs != table.inputs),
         ("table of lenses", first.lenses != table.lenses),
         ("level", first.level != table.level),
         ("model", first.model != table.model),
@@ -190,6 +191,7 @@ fn joined(tables: &[SightlineTable], whole: Range<u64>, origin: &BTreeMap<u64, u
         provenance: first.provenance.clone(),
         level: first.level.clone(),
         model: first.model.clone(),
+        inputs: first.inputs.clone(),
         whole,
         lenses: first.lenses.clone(),
         numbers: origin.keys().copied().collect(),
@@ -237,6 +239,7 @@ mod tests {
             provenance: Provenance::new(Some(1), "a = 1\n"),
             level: "scalars".into(),
             model: String::new(),
+            inputs: String::new(),
             whole,
             lenses: Vec::new(),
             failures: numbers.clone().filter(|n| *n == 4).map(|n| (n, "why".into())).collect(),
@@ -300,6 +303,7 @@ mod tests {
         assert!(changed(|t| t.provenance.config_toml += "b = 2\n").contains("another configuration"));
         assert!(changed(|t| t.provenance.seed = Some(2)).contains("another seed"));
         assert!(changed(|t| t.provenance.git_revision = "0".into()).contains("another version"));
+        assert!(changed(|t| t.inputs = "1:2".into()).contains("another content of the files it names"));
         assert!(changed(|t| t.level = "maps".into()).contains("another level"));
         assert!(changed(|t| t.all_haloes[0].values[0] += 1e-9).contains("sightline 2 differs"));
     }

@@ -165,6 +165,7 @@ mod tests {
             provenance: Provenance::new(None, ""),
             level: "scalars".into(),
             model: String::new(),
+            inputs: String::new(),
             whole: 0..3,
             lenses: Vec::new(),
             numbers: vec![0, 1, 2],

@@ -16,7 +16,8 @@ use crate::plot::figures::{
 };
 use crate::plot::{Colour, Figure};
 
-/// Of the haloes in the tidal regime every tenth is drawn, as in the paper.
+/// Of the haloes in the tidal regime every tenth is drawn, as in the paper, where they are so many that dots would cover all.
+const FEW_HALOES: usize = 5000;
 const CYLINDER_STRIDE: usize = 10;
 
 /// Each figure of the run saved at `run_file`, by name, to be drawn.
@@ -117,7 +118,7 @@ fn cylinder_figure(file: &RunFileReader, config: &Config) -> Result<Figure> {
         transverse_cmpc: &transverse,
         delta: &file.read_1d("haloes", "delta_h")?,
         delta_threshold: config.diagnostics.delta_threshold,
-        stride: CYLINDER_STRIDE,
+        stride: if file.read_1d("haloes", "delta_h")?.len() < FEW_HALOES { 1 } else { CYLINDER_STRIDE },
         lens_distance_cmpc: number(file, "distances", "lens_cmpc")?,
         source_distance_cmpc: number(file, "distances", "source_cmpc")?,
         redshift: &file.read_1d("distances", "z")?,

@@ -307,3 +307,22 @@ fn an_ensemble_takes_its_sightlines_from_a_light_cone_in_any_shard() {
     let drawn = folder.haloray("study tidal cone.toml -n 1 -o refused");
     assert!(String::from_utf8_lossy(&drawn.stderr).contains("draws its haloes"));
 }
+
+#[test]
+fn shards_of_light_cones_with_other_haloes_are_not_merged() {
+    let cone = |mass: &str| {
+        format!("ra_deg,dec_deg,z,m200c_msun,c200c\n10,0,0.5,{mass},8\n10.01,0.01,0.6,{mass},9\n")
+    };
+    let folder = Folder::with(&[("cone.csv", &cone("1e11"))]);
+    let job = "ensemble --preset consistent -n 2 --set haloes.lightcone=cone.csv --no-figures --quiet";
+    std::fs::create_dir_all(folder.path("parts")).unwrap();
+    assert!(folder.haloray(&format!("{job} --shard 1/2 -o parts/1")).status.success());
+    std::fs::write(folder.path("cone.csv"), cone("1e13")).unwrap();
+    assert!(folder.haloray(&format!("{job} --shard 2/2 -o parts/2")).status.success());
+    let merged = folder.haloray("merge parts --no-figures -o whole");
+    let said = String::from_utf8_lossy(&merged.stderr);
+    assert!(
+        merged.status.code() == Some(2) && said.contains("another content of the files it names"),
+        "{said}"
+    );
+}

@@ -96,11 +96,15 @@ fn matter(budget: &MatterBudget) -> String {
         let times = kappa / budget.kappa_of_mean_density;
         format!(", as traced {kappa:.4} on average ({times:.2} of all matter)")
     });
+    // Haloes of a table are not those of the mass function.
+    let population = match budget.kappa_of_traced_haloes {
+        Some(_) => format!("; of haloes by M200c {:.4}{traced}", budget.kappa_of_population_m200c),
+        None => String::new(),
+    };
     format!(
-        "κ of the mean density {:.4}; of haloes by M200c {:.4}{traced}; of sheets {}",
+        "κ of the mean density {:.4}{population}; taken away by sheets {}",
         budget.kappa_of_mean_density,
-        budget.kappa_of_population_m200c,
-        decimals_text(-budget.kappa_of_sheets, 4)
+        decimals_text(budget.kappa_of_sheets, 4)
     )
 }
 

@@ -44,6 +44,8 @@ pub struct SightlineTable {
     pub level: String,
     /// The model of the fits; empty without.
     pub model: String,
+    /// What is in the files that the configuration names, as hashes; empty where it names none.
+    pub inputs: String,
     /// The numbers of all sightlines of the ensemble, of which this table may hold a part.
     pub whole: Range<u64>,
     /// Lenses, if there is a table of them.
@@ -98,7 +100,7 @@ impl SightlineTable {
         let file = objects::create(path)?;
         objects::write_provenance(path, &file, &self.provenance)?;
         let whole = [("first", self.whole.start), ("number", self.whole.end - self.whole.start)];
-        for (name, text) in [("level", &self.level), ("model", &self.model)] {
+        for (name, text) in [("level", &self.level), ("model", &self.model), ("inputs", &self.inputs)] {
             objects::write_attribute(path, &file, name, &text.as_str().into())?;
         }
         for (name, value) in whole {
@@ -214,6 +216,7 @@ impl SightlineTable {
             provenance: file.provenance()?,
             level: text("level")?,
             model: text("model")?,
+            inputs: text("inputs").unwrap_or_default(),
             whole: first..first.saturating_add(count("number")?),
             lenses,
             numbers: file.read_1d(SIGHTLINES_GROUP, SIGHTLINE)?.into_iter().map(whole).collect(),
@@ -305,6 +308,7 @@ mod tests {
             provenance: Provenance::new(Some(4), "seed = 4\n"),
             level: "images".into(),
             model: String::new(),
+            inputs: "17:0123456789abcdef".into(),
             whole: 3..20,
             lenses: vec![TabledLens {
                 name: "b".into(),
