@@ -8,7 +8,7 @@ use std::time::Instant;
 use haloray::error::{Domain, FileFault};
 use haloray::imaging::PixelSampling;
 use haloray::inference::diagnose::ESS_LIMIT;
-use haloray::inference::model::{BUILT_IN, LikelihoodKind};
+use haloray::inference::model::{BUILT_IN, FreeParameter, LikelihoodKind};
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
 use haloray::io::{Provenance, hash, read_observation, read_text};
 use haloray::monitor::Monitor;
@@ -149,6 +149,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
         seed: args.seed,
     };
     let model = compile(&description, &keywords)?;
+    model.free.iter().filter_map(FreeParameter::cut_prior).for_each(warn);
     let known: Vec<String> = model.quantities().into_iter().map(|quantity| quantity.name).collect();
     let truths = args.truth.as_deref().map_or(Ok(Vec::new()), |path| read_truths(path, &known))?;
     for name in &args.profile {

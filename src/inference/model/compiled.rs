@@ -281,6 +281,7 @@ fn amplitude_prior(light: &LightDescription) -> Result<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::BUILT_IN;
     use super::*;
 
     #[test]
@@ -292,5 +293,24 @@ mod tests {
         assert_eq!(model.value_of("source.e2", &[0.7]), Some(0.7));
         assert_eq!(model.value_of("lens.gamma", &[0.7]), Some(2.0));
         assert_eq!(model.gather(&vec![1.0; model.origins.len()]), [2.0]);
+    }
+
+    #[test]
+    fn priors_beyond_what_a_parameter_may_be_are_told_of_and_those_of_built_in_models_are_not() {
+        let cut =
+            |model: CompiledModel| model.free.iter().filter_map(FreeParameter::cut_prior).collect::<Vec<_>>();
+        for (name, _) in BUILT_IN {
+            let description = ModelDescription::built_in(name).unwrap();
+            if description.line_of_sight.model != LineOfSightKind::Haloes {
+                assert_eq!(cut(CompiledModel::new(&description).unwrap()), [""; 0], "{name}");
+            }
+        }
+        let text = "name = \"t\"\n[[lens]]\nprofile = \"SIE\"\nparameters = { theta_E = { uniform = [-3, 2] } }\n\
+                    [[source]]\nprofile = \"SERSIC_ELLIPSE\"\nparameters = { R_sersic = 0.3, n_sersic = 1 }\n";
+        let told = cut(CompiledModel::new(&ModelDescription::parse(text).unwrap()).unwrap());
+        assert!(
+            told[0].starts_with("the prior of lens.theta_E is from -3 to 2, but is cut to from 0"),
+            "{told:?}"
+        );
     }
 }

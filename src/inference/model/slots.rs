@@ -34,6 +34,15 @@ pub struct FreeParameter {
 }
 
 impl FreeParameter {
+    /// What is to be said of a prior with edges beyond what the parameter may be: models there do not exist.
+    pub fn cut_prior(&self) -> Option<String> {
+        let ([low, high], domain) = (self.prior.edges(), self.parameter.domain);
+        let [least, most] = domain.edges();
+        let is_beyond = low.is_finite() && low < least || high.is_finite() && high > most;
+        is_beyond
+            .then(|| format!("the prior of {} is from {low} to {high}, but is cut to {domain}", self.name))
+    }
+
     /// How it stands on an axis.
     pub fn label(&self) -> String {
         let label = self.parameter.label;
