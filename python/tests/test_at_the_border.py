@@ -96,16 +96,6 @@ def test_an_empty_model_and_an_empty_choice_bend_nothing():
         hr.LensModel(["EPL"]).ray_shooting(1.0, 0.5, [])
 
 
-@pytest.mark.parametrize("name", ["SIS", "SIE", "EPL", "EPL_BOXYDISKY"])
-def test_nothing_is_deflected_at_the_centre_of_a_lens(name):
-    more = {"SIS": {}, "SIE": {"e1": 0.1, "e2": 0.0}, "EPL": EPL, "EPL_BOXYDISKY": {**EPL, "a4_a": 0.05}}
-    kwargs = [{"theta_E": 1.4, **more[name]}]
-    x, y = np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0])
-    alpha_x, alpha_y = hr.LensModel([name]).alpha(x, y, kwargs)
-    assert alpha_x[1, 1] == alpha_y[1, 1] == 0.0 and abs(alpha_x[0, 0]) > 0.1
-    assert hr.LensModel([name]).alpha(0.0, 0.0, kwargs) == (0.0, 0.0)
-
-
 def test_small_windows_and_planes_behind_the_source_are_told_of():
     for half_width in (1e-5, 1e-9):
         assert hr.LensModel(["EPL"]).critical_curves([EPL], half_width) == []

@@ -110,8 +110,7 @@ impl MassProfile for BoxyEpl {
 
     #[inline(always)]
     fn deflect<R: Real>(&self, x: R, y: R) -> Cx<R> {
-        let of_multipole = self.multipole(x, y).deflection() * self.strength_arcsec;
-        self.epl.deflect(x, y) + self.epl.but_at_centre(x, y, of_multipole)
+        self.epl.deflect(x, y) + self.multipole(x, y).deflection() * self.strength_arcsec
     }
 
     #[inline(always)]
@@ -120,7 +119,7 @@ impl MassProfile for BoxyEpl {
         let at = self.multipole(x, y);
         let alpha = at.deflection();
         let response = Response {
-            deflection: of_epl.deflection + self.epl.but_at_centre(x, y, alpha * self.strength_arcsec),
+            deflection: of_epl.deflection + alpha * self.strength_arcsec,
             convergence: of_epl.convergence + at.kappa,
             shear: of_epl.shear + at.shear(),
         };
@@ -143,7 +142,7 @@ impl MassProfile for BoxyEpl {
         let (at, (alpha, [xx, xy, yy])) = (self.multipole(x, y), self.epl.expand(x, y));
         let shear = at.shear();
         let hessian = [xx + at.kappa + shear.re, xy + shear.im, yy + at.kappa - shear.re];
-        (alpha + self.epl.but_at_centre(x, y, at.deflection() * self.strength_arcsec), hessian)
+        (alpha + at.deflection() * self.strength_arcsec, hessian)
     }
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {

@@ -7,10 +7,6 @@ use crate::numerics::elementary::Elementary;
 use crate::numerics::real::Real;
 use crate::profile::parameter::{Name, Parameter, checked_centre, exactly, placed_ellipse};
 
-/// Nothing is nearer to the centre than this, and its square.
-const RADIUS_FLOOR_ARCSEC: f64 = 1e-9;
-const FLOOR_SQR: f64 = RADIUS_FLOOR_ARCSEC * RADIUS_FLOOR_ARCSEC;
-
 /// Elliptical power-law lens, κ = (3−γ)/2·(θ_E/√(qx²+y²/q))^(γ−1) in its own axes.
 ///
 /// With z = x + iy from the centre, ε = e1 + i·e2, ζ = z − εz̄, b = θ_E√(1−|ε|²), t = γ−1 and c = 2−t, Tessore & Metcalf's
@@ -19,8 +15,7 @@ const FLOOR_SQR: f64 = RADIUS_FLOOR_ARCSEC * RADIUS_FLOOR_ARCSEC;
 /// α = (b/|ζ|)^t·ζ·P(s), P(s) = Σ aₙsⁿ, s = −ε̄ζ/ζ̄, aₙ = Π_{k≤n}(2k−c)/(2k+c); κ = (c/2)(b/|ζ|)^t.
 ///
 /// α is homogeneous of degree 1−t, which gives the potential, ψ = Re(z̄α)/c, and the shear, z̄γ = (1−t)α − zκ.
-/// Within 1e-9″ of the centre the deflection is 0, by symmetry, and every other number that at 1e-9″ to its right, so that all
-/// stay finite.
+/// Within 1e-9″ of the centre every number is that at 1e-9″ to its right, so that all stay finite.
 /// Parameters as lenstronomy's `EPL`: θ_E, γ, (e1, e2) = (1−q)/(1+q)·(cos 2φ, sin 2φ), centre.
 #[derive(Debug, Clone)]
 pub struct Epl {
@@ -65,28 +60,14 @@ impl Epl {
         })
     }
 
-    /// x + iy from the centre.
-    #[inline(always)]
-    fn relative<R: Real>(&self, x: R, y: R) -> Cx<R> {
-        Cx::new(x + -self.centre_arcsec[0], y + -self.centre_arcsec[1])
-    }
-
     /// x + iy from the centre, no nearer to it than the floor.
     #[inline(always)]
     pub(super) fn offset<R: Real>(&self, x: R, y: R) -> Cx<R> {
-        let z = self.relative(x, y);
+        const RADIUS_FLOOR_ARCSEC: f64 = 1e-9;
+        const LIMIT: f64 = RADIUS_FLOOR_ARCSEC * RADIUS_FLOOR_ARCSEC;
+        let z = Cx::new(x + -self.centre_arcsec[0], y + -self.centre_arcsec[1]);
         let r2 = z.norm_sqr();
-        Cx::new(z.re.unless_below(r2, FLOOR_SQR, RADIUS_FLOOR_ARCSEC), z.im.unless_below(r2, FLOOR_SQR, 0.0))
-    }
-
-    /// The deflection there; 0 below the floor, where it has no direction.
-    #[inline(always)]
-    pub(super) fn but_at_centre<R: Real>(&self, x: R, y: R, deflection: Cx<R>) -> Cx<R> {
-        let r2 = self.relative(x, y).norm_sqr();
-        Cx::new(
-            deflection.re.unless_below(r2, FLOOR_SQR, 0.0),
-            deflection.im.unless_below(r2, FLOOR_SQR, 0.0),
-        )
+        Cx::new(z.re.unless_below(r2, LIMIT, RADIUS_FLOOR_ARCSEC), z.im.unless_below(r2, LIMIT, 0.0))
     }
 
     #[inline(always)]
@@ -169,7 +150,7 @@ impl MassProfile for Epl {
     #[inline(always)]
     fn deflect<R: Real>(&self, x: R, y: R) -> Cx<R> {
         let f = self.frame(x, y);
-        self.but_at_centre(x, y, (f.zeta * self.sum(f.s)).scale(f.power))
+        (f.zeta * self.sum(f.s)).scale(f.power)
     }
 
     #[inline(always)]
@@ -185,7 +166,7 @@ impl MassProfile for Epl {
         }
         let deflection = (f.zeta * p).scale(f.power);
         let (convergence, shear) = self.distortion(&f, deflection);
-        let response = Response { deflection: self.but_at_centre(x, y, deflection), convergence, shear };
+        let response = Response { deflection, convergence, shear };
         by_parameter[0] = self.by_einstein_radius(&f, p);
         by_parameter[1] = deflection.scale(f.ln_radius) + (f.zeta * dp_dt).scale(f.power);
         let e2 = self.ellipticity[0].powi(2) + self.ellipticity[1].powi(2);
@@ -210,8 +191,7 @@ impl MassProfile for Epl {
         let f = self.frame(x, y);
         let deflection = (f.zeta * self.sum(f.s)).scale(f.power);
         let (convergence, shear) = self.distortion(&f, deflection);
-        let hessian = Response { deflection, convergence, shear }.hessian();
-        (self.but_at_centre(x, y, deflection), hessian)
+        (deflection, Response { deflection, convergence, shear }.hessian())
     }
 
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
