@@ -34,13 +34,14 @@ pub struct FreeParameter {
 }
 
 impl FreeParameter {
-    /// What is to be said of a prior with edges beyond what the parameter may be: models there do not exist.
+    /// What is to be said of a prior with an edge beyond what the parameter may be: models there do not exist.
     pub fn cut_prior(&self) -> Option<String> {
         let ([low, high], domain) = (self.prior.edges(), self.parameter.domain);
         let [least, most] = domain.edges();
         let is_beyond = low.is_finite() && low < least || high.is_finite() && high > most;
-        is_beyond
-            .then(|| format!("the prior of {} is from {low} to {high}, but is cut to {domain}", self.name))
+        // Of a prior that leaves nothing the fit itself says so.
+        let is_cut = is_beyond && low < most && high > least;
+        is_cut.then(|| format!("the prior of {} is from {low} to {high}, but is cut to {domain}", self.name))
     }
 
     /// How it stands on an axis.
