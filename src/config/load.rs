@@ -9,7 +9,7 @@ use toml::Spanned;
 use toml::de::{DeTable, Deserializer, ValueDeserializer};
 
 use super::schema::Config;
-use super::toml_tables::{holds, line_and_column, overlay, plain_words, start_of};
+use super::toml_tables::{holds, line_and_column, line_of, overlay, plain_words, start_of};
 use crate::cosmology::{Background, BackgroundParameters};
 use crate::error::{Error, Result};
 use crate::halo::Epoch;
@@ -91,23 +91,6 @@ pub fn load_with(preset: Preset, user: Option<&Path>, assignments: &[String]) ->
         }
     }
     Ok(config)
-}
-
-/// An assignment as a line of TOML; what is no value of TOML is text.
-fn line_of(assignment: &str) -> Result<String> {
-    let refuse = || {
-        Error::argument("--set", assignment, "KEY=VALUE with the section in the key, as haloes.draw=direct")
-    };
-    let (key, value) = assignment.split_once('=').ok_or_else(refuse)?;
-    let is_name =
-        |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    let (key, value) = (key.trim(), value.trim());
-    if !key.split('.').all(is_name) || value.is_empty() || value.contains('\n') {
-        return Err(refuse());
-    }
-    let is_toml = DeTable::parse(&format!("value = {value}")).is_ok();
-    let value = if is_toml { value.to_owned() } else { toml::Value::from(value).to_string() };
-    Ok(format!("{key} = {value}"))
 }
 
 /// As [`load_with`], of a text, which errors call `path`, and of lines of TOML with dotted keys laid over it.

@@ -3,7 +3,24 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::error::LineColumn;
+use crate::error::{Error, LineColumn, Result};
+
+/// An assignment as a line of TOML; what is no value of TOML is text.
+pub(super) fn line_of(assignment: &str) -> Result<String> {
+    let refuse = || {
+        Error::argument("--set", assignment, "KEY=VALUE with the section in the key, as haloes.draw=direct")
+    };
+    let (key, value) = assignment.split_once('=').ok_or_else(refuse)?;
+    let is_name =
+        |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    let (key, value) = (key.trim(), value.trim());
+    if !key.split('.').all(is_name) || value.is_empty() || value.contains('\n') {
+        return Err(refuse());
+    }
+    let is_toml = DeTable::parse(&format!("value = {value}")).is_ok();
+    let value = if is_toml { value.to_owned() } else { toml::Value::from(value).to_string() };
+    Ok(format!("{key} = {value}"))
+}
 
 /// Whether a table has a dotted key.
 pub(super) fn holds(table: &DeTable, dotted: &str) -> bool {
