@@ -112,7 +112,10 @@ pub fn resolve(preset: Preset, path: &Path, text: &str, assigned: &str) -> Resul
     let set = parse_assigned(preset, assigned)?;
     overlay(merged.get_mut(), set.get_ref());
     let of_key = |key: String, cause: Error| {
-        let is_set = holds(set.get_ref(), &key);
+        // What is missing is missing beside its neighbours.
+        let section = key.split('.').next().unwrap_or(&key);
+        let is_beside = !holds(user.get_ref(), section) && holds(set.get_ref(), section);
+        let is_set = holds(set.get_ref(), &key) || is_beside;
         let start = start_of(user.get_ref(), &key).filter(|_| !is_set);
         Error::Config {
             path: if is_set { "--set".into() } else { path.into() },

@@ -32,7 +32,7 @@ const MODEL: &str = "calibration";
 )]
 pub struct CalibrationArgs {
     /// Number of systems.
-    #[arg(long, short, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..))]
     number: u32,
     /// Seed of systems, noise and sampling.
     #[arg(long, default_value_t = 1, value_name = "N")]

@@ -41,7 +41,13 @@ pub struct Args {
     #[command(flatten)]
     tracing: Tracing,
     /// Sightlines, of each lens where there is a table of lenses.
-    #[arg(long, short, value_name = "N", required_unless_present = "sightline")]
+    #[arg(
+        long,
+        short,
+        allow_negative_numbers = true,
+        value_name = "N",
+        required_unless_present = "sightline"
+    )]
     #[arg(value_parser = clap::value_parser!(u64).range(1..1 << 40))]
     number: Option<u64>,
     /// Table of lenses: columns z_lens, z_source, optionally einstein_radius_arcsec and name.

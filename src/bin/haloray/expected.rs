@@ -39,7 +39,7 @@ pub struct ExpectedArgs {
     #[arg(long, value_name = "FILE")]
     lenses: PathBuf,
     /// Sightlines of each lens.
-    #[arg(long, short, value_name = "N", default_value_t = 1000)]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 1000)]
     #[arg(value_parser = clap::value_parser!(u64).range(2..1 << 30))]
     number: u64,
     /// Radii of the discs over which γ_LOS is averaged.

@@ -34,7 +34,7 @@ pub struct Args {
     #[arg(value_name = "LIGHTCONE")]
     files: Vec<PathBuf>,
     /// Sightlines.
-    #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u64).range(1..1 << 32))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u64).range(1..1 << 32))]
     number: u64,
     /// Number of the first sightline; a number is the same sightline whichever are taken beside it.
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..1 << 32))]

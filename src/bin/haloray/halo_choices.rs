@@ -21,7 +21,7 @@ pub struct HaloChoicesArgs {
     #[command(flatten)]
     settings: Settings,
     /// Number of sightlines.
-    #[arg(long, short, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
     number: u64,
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR")]

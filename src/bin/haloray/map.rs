@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use haloray::Result;
-use haloray::io::{Provenance, RunFile, Staging, write_atomically, write_curves, write_maps};
+use haloray::io::{Provenance, RunFile, Staging, write_curves, write_hdf5_atomically, write_maps};
 use haloray::pipeline::{self, LensAndSource, critical_curves, line_of_sight, main_lens, source_centre};
 use haloray::report::{RunRecord, map_figures, stage_figures, stage_page};
 
@@ -73,7 +73,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     };
     let files = match output {
         Output::File(file) => {
-            write_atomically(&file, write)?;
+            write_hdf5_atomically(&file, write)?;
             vec![file]
         }
         Output::Folder(staging) => {

@@ -32,7 +32,7 @@ use crate::saved::{SavedRows, StateFile};
 )]
 pub struct Args {
     /// Number of systems.
-    #[arg(long, short, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     number: u32,
     /// Seed of systems and noise.
     #[arg(long, default_value_t = 1, value_name = "N")]

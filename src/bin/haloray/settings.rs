@@ -51,9 +51,21 @@ impl Layers {
             Preset::Paper => config::Preset::Paper,
             Preset::Consistent => config::Preset::Consistent,
         };
+        self.check_once("--seed", self.seed.as_ref(), "seed")?;
         let mut config = config::load_with(preset, file, &[&self.set, more].concat())?;
         config.seed = self.seed.unwrap_or(config.seed);
         Ok(config)
+    }
+
+    /// Refuses an option beside an assignment to the same key.
+    fn check_once(&self, option: &str, value: Option<impl ToString>, key: &str) -> Result<()> {
+        let is_key = |one: &&String| one.split('=').next().is_some_and(|own| own.trim() == key);
+        match (value, self.set.iter().find(is_key)) {
+            (Some(value), Some(one)) => {
+                Err(Error::argument(option, value.to_string(), &format!("left out beside --set {one}")))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -100,6 +112,8 @@ impl Settings {
     pub fn resolve_with(&self, more: &[String]) -> Result<Config> {
         let mut config = self.layers.resolve(self.config.as_deref(), more)?;
         if let Some(draw) = self.draw {
+            let name = draw.to_possible_value().map(|value| value.get_name().to_owned());
+            self.layers.check_once("--draw", name, "haloes.draw")?;
             config.haloes.draw = match draw {
                 DrawArg::Direct => Draw::Direct,
                 DrawArg::BruteForce => Draw::BruteForce,
@@ -176,6 +190,9 @@ impl Sight {
     /// The resolved configuration, with the options laid over it.
     pub fn resolve(&self) -> Result<Config> {
         let mut config = self.settings.resolve()?;
+        let layers = &self.settings.layers;
+        let haloes = self.haloes.as_deref().map(|path| path.display());
+        layers.check_once("--haloes", haloes, "haloes.catalogue")?;
         config.haloes.catalogue = self.haloes.clone().or(config.haloes.catalogue);
         self.tracing.apply(&mut config);
         config.diagnostics.critical_curves |= self.curves;

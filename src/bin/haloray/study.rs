@@ -47,7 +47,7 @@ struct TidalArgs {
     #[command(flatten)]
     settings: Settings,
     /// Number of sightlines.
-    #[arg(long, short, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     number: u64,
     /// Sightline K alone, as it stands in the study of more than K of them.
     #[arg(long, value_name = "K", conflicts_with = "number")]

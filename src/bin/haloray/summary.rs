@@ -113,7 +113,7 @@ fn tensors(text: &mut String, run: &Simulation, summary: &Summary) -> std::fmt::
     let without = format!("without Δ_h ≥ {}", run.config.diagnostics.delta_threshold);
     writeln!(text, "\non the axis  {:^24}{without:^24}", "all haloes")?;
     for (label, name) in
-        [("γ_od", "od"), ("γ_os", "os"), ("γ_ds", "ds"), ("γ_LOS", "los"), ("γ_LOS (1st)", "los_linear")]
+        [("γ_od", "od"), ("γ_os", "os"), ("γ_ds", "ds"), ("γ_LOS", "los"), ("γ_LOS, linear", "los_linear")]
     {
         writeln!(text, "{label:<13}{:^24}{:^24}", shear(all, name), shear(tidal, name))?;
     }

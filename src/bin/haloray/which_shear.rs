@@ -27,7 +27,7 @@ pub struct WhichShearArgs {
     #[command(flatten)]
     settings: Settings,
     /// Number of sightlines.
-    #[arg(long, short, value_name = "N", default_value_t = 35, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 35, value_parser = clap::value_parser!(u64).range(1..))]
     number: u64,
     /// A built-in model with gamma1_los and gamma2_los (`haloray fit --list`).
     #[arg(long, value_name = "NAME", default_value = "tidal-minimal")]

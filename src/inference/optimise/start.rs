@@ -126,18 +126,18 @@ impl StartSearch {
         if let Some(simpler) = likelihood.simpler() {
             let search = self.simpler.get_or_insert_default();
             if !(search.is_found_twice || search.rounds >= ROUNDS_NEAR) {
-                return search.round(&simpler, None, (sampling, seed, "power law"), monitor);
+                return search.round(&simpler, None, (sampling, seed, ("power law", ROUNDS_NEAR)), monitor);
             }
             known = search.best().and_then(|highest| Known::from_simpler(simpler.model(), highest));
         }
-        self.round(likelihood, known, (sampling, seed, "start"), monitor)
+        self.round(likelihood, known, (sampling, seed, ("start", MOST_ROUNDS)), monitor)
     }
 
     fn round(
         &mut self,
         centres: &ImageLikelihood,
         mut known: Option<Known>,
-        (sampling, seed, name): (PixelSampling, u64, &str),
+        (sampling, seed, named): (PixelSampling, u64, (&str, u64)),
         monitor: &dyn Monitor,
     ) -> Result<()> {
         let counter = Counter::new(monitor);
@@ -150,7 +150,8 @@ impl StartSearch {
             let highest = self.finals.first();
             known = highest.and_then(|highest| Known::from_maximum(likelihood.model(), highest)).or(known);
         }
-        let finals = search_round(likelihood, known.as_ref(), (seed, self.rounds), (name, &counter, monitor));
+        let finals =
+            search_round(likelihood, known.as_ref(), (seed, self.rounds), (named, &counter, monitor));
         let mut next = self.clone();
         next.rounds += 1;
         next.finals.extend(finals);
@@ -292,9 +293,9 @@ fn search_round(
     likelihood: &ImageLikelihood,
     known: Option<&Known>,
     (seed, round): (u64, u64),
-    (name, counter, monitor): (&str, &Counter, &dyn Monitor),
+    ((name, most), counter, monitor): ((&str, u64), &Counter, &dyn Monitor),
 ) -> Vec<Maximum> {
-    let title = format!("{name}, round {}", round + 1);
+    let title = format!("{name}, round {} of at most {most}", round + 1);
     let task = monitor.task(&title, Some(RADII * SHAPES));
     let noisier = match round % 2 {
         0 => NOISE_ABOVE.map(|part| likelihood.with_noise_of_at_least(brightest(likelihood, part))),

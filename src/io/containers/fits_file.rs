@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use fitskit::checksum::{checksum, encode_checksum};
 use fitskit::{BinTable, CompressedImage, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
 
 use super::input_file;
@@ -14,7 +15,7 @@ pub(super) const BLOCK_BYTES: usize = 2880;
 /// A header consists of cards of this many bytes.
 pub(super) const CARD_BYTES: usize = 80;
 /// The keyword of what haloray wrote.
-pub(super) const VERSION_KEYWORD: &str = "HALORAY";
+const VERSION_KEYWORD: &str = "HALORAY";
 /// Characters of a configuration line on one HISTORY card.
 const HISTORY_WIDTH: usize = 70;
 
@@ -134,10 +135,37 @@ pub(super) fn declared_bytes(header: &Header) -> std::result::Result<u128, Strin
     Ok(elements.saturating_add(heap.into()).saturating_mul(u128::from(bits) / 8))
 }
 
-/// Writes the units one after the other.
+/// Writes the units one after the other, each with the standard's DATASUM and CHECKSUM.
 pub(crate) fn write(path: &Path, units: Vec<Hdu>) -> Result<()> {
-    let bytes = FitsFile { hdus: units }.to_bytes().map_err(|error| Error::write(path, error))?;
-    std::fs::write(path, bytes).map_err(|error| Error::write(path, error))
+    let bytes: fitskit::Result<Vec<Vec<u8>>> = units.into_iter().map(summed).collect();
+    let bytes = bytes.map_err(|error| Error::write(path, error))?;
+    std::fs::write(path, bytes.concat()).map_err(|error| Error::write(path, error))
+}
+
+/// The bytes of a unit with its sums; fitskit's own lays out the card of CHECKSUM otherwise than astropy, which then finds another sum.
+fn summed(mut unit: Hdu) -> fitskit::Result<Vec<u8>> {
+    const NOT_YET: &str = "0000000000000000";
+    let sum = unit.datasum().to_string();
+    push_text(&mut unit.header, "DATASUM", &sum, "of the words of the data");
+    unit.header.push(Keyword::commentary(
+        "CHECKSUM",
+        &format!("= '{NOT_YET}'   / makes the words of all sum up to -0"),
+    ));
+    let mut bytes = FitsFile { hdus: vec![unit] }.to_bytes()?;
+    let sum = encode_checksum(checksum(&bytes), true);
+    let card = bytes.chunks_exact(CARD_BYTES).position(|card| card.starts_with(b"CHECKSUM="));
+    if let Some(card) = card {
+        let text = card * CARD_BYTES + "CHECKSUM= '".len();
+        bytes[text..text + sum.len()].copy_from_slice(sum.as_bytes());
+    }
+    Ok(bytes)
+}
+
+/// Whether haloray wrote the file, and nobody changed it: each unit's CHECKSUM makes all its 32-bit words sum up to minus zero.
+pub(super) fn is_own(path: &Path) -> bool {
+    let is_marked = |units: Vec<Hdu>| units[0].header.find(VERSION_KEYWORD).is_some();
+    let sums_up = |bytes: Vec<u8>| checksum(&bytes) == u32::MAX;
+    read(path).is_ok_and(is_marked) && input_file::read(path).is_ok_and(sums_up)
 }
 
 /// Appends a number with all its digits (fitskit alone would keep 16 of 17).

@@ -3,10 +3,9 @@
 use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
 
-use super::fits_file::{self as fits, VERSION_KEYWORD};
-use super::run_file_reader::RunFileReader;
 use super::table_csv::{csv_hash, provenance_beside, provenance_file};
 use super::table_file::Format;
+use super::{fits_file, sealed_hdf5};
 use crate::error::{Error, Result};
 
 /// Refuses to replace a file that no command of haloray wrote, or a CSV that was changed since; an empty one holds nothing.
@@ -29,10 +28,8 @@ pub fn check_own(path: &Path) -> Result<()> {
 fn is_own(path: &Path) -> bool {
     match Format::of(path) {
         Ok(Format::Csv) => provenance_beside(path).is_some_and(|of| of == csv_hash(path)),
-        Ok(Format::Hdf5) => RunFileReader::open(path).and_then(|file| file.provenance()).is_ok(),
-        Ok(Format::Fits) => {
-            fits::read(path).is_ok_and(|units| units[0].header.find(VERSION_KEYWORD).is_some())
-        }
+        Ok(Format::Hdf5) => sealed_hdf5::is_own(path),
+        Ok(Format::Fits) => fits_file::is_own(path),
         Err(_) => false,
     }
 }
@@ -58,6 +55,24 @@ mod tests {
             let error = check_own(&other).unwrap_err();
             assert!(error.is_bad_input() && error.to_string().contains("--overwrite"), "{error}");
         }
+        // Each is as good as before, and holds another number.
+        let units = fits_file::read(&folder.path().join("t.fits")).unwrap();
+        let path = folder.path().join("t.fits");
+        let bytes = std::fs::read(&path).unwrap();
+        assert_eq!(units.len(), 2);
+        let at = bytes.len() - 2880;
+        std::fs::write(&path, [&bytes[..at], &2.0_f64.to_be_bytes(), &bytes[at + 8..]].concat()).unwrap();
+        assert!(check_own(&path).unwrap_err().to_string().contains("t.fits: it is there already"));
+        let path = folder.path().join("t.h5");
+        hdf5::File::open_rw(&path)
+            .unwrap()
+            .group("rays")
+            .unwrap()
+            .dataset("x")
+            .unwrap()
+            .write(&[2.0])
+            .unwrap();
+        assert!(check_own(&path).unwrap_err().to_string().contains("t.h5: it is there already"));
         let path = folder.path().join("t.csv");
         std::fs::write(&path, "x,mine\n1,2\n").unwrap();
         assert!(check_own(&path).unwrap_err().to_string().contains("t.csv: it is there already"));

@@ -103,6 +103,13 @@ pub(super) fn check_names(path: &Path, line: u64, names: &[String]) -> Result<()
             "the first line must hold the column names, without a leading '#', but holds numbers".into(),
         );
     }
+    if let [name] = names
+        && name.contains(char::is_whitespace)
+    {
+        let problem =
+            "is one name with blanks in it; commas, semicolons or tabs separate columns, or blanks in ECSV";
+        return fault(format!("the header, {name}, {problem}"));
+    }
     let mut known = HashSet::new();
     match names.iter().find(|name| !name.is_empty() && !known.insert(name.as_str())) {
         Some(name) => fault(format!("two columns are called {name}")),

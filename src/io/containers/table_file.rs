@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::provenance::Provenance;
 use super::table::Table;
-use super::{atomic_file, table_csv, table_fits, table_hdf5};
+use super::{atomic_file, sealed_hdf5, table_csv, table_fits, table_hdf5};
 use crate::error::{Error, FileFault, Result};
 
 impl Table {
@@ -35,7 +35,7 @@ impl Table {
         match format {
             Format::Csv => table_csv::write(self, path, provenance),
             Format::Hdf5 => {
-                atomic_file::write_atomically(path, |p| table_hdf5::write(self, p, group, provenance))
+                sealed_hdf5::write_hdf5_atomically(path, |p| table_hdf5::write(self, p, group, provenance))
             }
             Format::Fits => {
                 atomic_file::write_atomically(path, |p| table_fits::write(self, p, group, provenance))

@@ -38,12 +38,57 @@ fn write_columns(file: &RunFile, group: &str, columns: &[Column]) -> Result<()> 
     for column in columns {
         match &column.values {
             Values::F64(values) => {
-                file.write_1d(group, &column.name, values, column.unit.as_deref().unwrap_or(""), "")?;
+                let unit = column.unit.as_deref().unwrap_or("");
+                file.write_1d(group, &column.name, values, unit, &description(&column.name))?;
             }
             Values::Text(values) => file.write_text(group, &column.name, values, "")?,
         }
     }
     Ok(())
+}
+
+/// What a column of haloes or of their mass function holds; a user's own columns have no description.
+fn description(name: &str) -> String {
+    const WHOLE: [(&str, &str); 11] = [
+        ("z", "redshift"),
+        ("theta_x_arcsec", "angle from the axis along x"),
+        ("theta_y_arcsec", "angle from the axis along y"),
+        ("r_s_arcsec", "scale radius"),
+        ("alpha_rs_arcsec", "deflection at the scale radius, reduced to z_source"),
+        ("r_trunc_arcsec", "radius of truncation; inf without one"),
+        ("m200c_msun", "mass within the radius inside which the density is 200 times the critical one"),
+        ("c200c", "concentration: that radius over the scale radius"),
+        ("chi_cmpc", "comoving distance"),
+        ("dn_dlnm_per_cmpc3", "haloes per comoving volume and unit of ln m200c"),
+        (SHEET_COLUMN, "convergence that the sheet in the plane of the halo takes away"),
+    ];
+    const QUANTITIES: [(&str, &str); 8] = [
+        ("kappa", "convergence"),
+        ("gamma1", "shear, real part"),
+        ("gamma2", "shear, imaginary part"),
+        ("F1", "flexion F = ∂γ, real part"),
+        ("F2", "flexion F = ∂γ, imaginary part"),
+        ("G1", "flexion G = ∂*γ, real part"),
+        ("G2", "flexion G = ∂*γ, imaginary part"),
+        ("delta", "Δ, change of the shear across theta_e_arcsec over the shear"),
+    ];
+    if let Some((_, text)) = WHOLE.iter().find(|(own, _)| *own == name) {
+        return (*text).into();
+    }
+    let places = [
+        ("_ring_h", "averaged over the ring of theta_e_arcsec"),
+        ("_disc_h", "averaged over the disc inside the ring"),
+        ("_h_on_ray", "where the axis ray passes its plane"),
+        ("_h", "at the centre of its plane"),
+    ];
+    let found = places.iter().find_map(|(end, place)| Some((name.strip_suffix(end)?, place)));
+    let known = found.and_then(|(stem, place)| {
+        QUANTITIES
+            .iter()
+            .find(|(own, _)| *own == stem)
+            .map(|(_, text)| format!("{text}, of the halo alone {place}"))
+    });
+    known.unwrap_or_default()
 }
 
 fn write_haloes(file: &RunFile, run: &Simulation) -> Result<()> {
@@ -62,7 +107,8 @@ fn write_haloes(file: &RunFile, run: &Simulation) -> Result<()> {
             // A radius of truncation may be infinite, and a user's own columns are kept as they are.
             Values::F64(values) => {
                 let unit = column.unit.as_deref().unwrap_or("");
-                file.write_with_gaps("haloes", &column.name, values, &[values.len()], unit, "")?;
+                let about = description(&column.name);
+                file.write_with_gaps("haloes", &column.name, values, &[values.len()], unit, &about)?;
             }
             Values::Text(values) => file.write_text("haloes", &column.name, values, "")?,
         }

@@ -241,7 +241,11 @@ fn the_rest(object: &Map<String, Value>) -> PageTable {
             Value::Object(inner) => inner.iter().collect(),
             _ => vec![(name, value)],
         };
-        for (own, value) in inner.into_iter().filter(|(_, value)| words(value).is_some()) {
+        // A number that was not counted is no number that is undefined.
+        let is_shown = |name: &str, value: &Value| {
+            words(value).is_some() && !(value.is_null() && name.contains("number"))
+        };
+        for (own, value) in inner.into_iter().filter(|(own, value)| is_shown(own, value)) {
             let group = if own == name { String::new() } else { name.replace('_', " ") };
             rows.push(vec![name_cell(own), cell(value), text_cell(&label(own).unit), text_cell(&group)]);
         }
