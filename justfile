@@ -179,6 +179,10 @@ bench-peers: oracle-setup
     bench=$(cargo bench --bench adaptive --no-run 2>&1 | sed -n 's/.*(\(.*adaptive-[0-9a-f]*\))/\1/p') && \
     .venv/bin/python data/oracle/bench_lenstronomy.py --binary target/release/haloray --bench "$bench" --scaling --summary docs/BENCHMARKS.md
 
+# images through main lenses, adaptive beside exact in one run; writes docs/LENS_SPEED.md
+bench-lenses:
+    cargo bench --bench adaptive -- lenses | python3 data/oracle/page.py docs/LENS_SPEED.md "just bench-lenses"
+
 # ten thousand sightlines beside single simulations in one run; writes docs/ENSEMBLE_SPEED.md
 bench-ensemble N="10000":
     cargo build --release

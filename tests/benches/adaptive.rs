@@ -1,16 +1,18 @@
 //! Times of exact and adaptive tracing, set-up of the planes included, as CSV; `just bench-peers` reads them.
 //!
-//! Arguments: `peers HALOES.csv` times one cone; `scaling` times cones, rays and threads.
+//! Arguments: `peers HALOES.csv` times one cone; `scaling` times cones, rays and threads; `lenses` images through main lenses, as
+//! the table of `just bench-lenses`.
 
 use std::time::Instant;
 
 use haloray::config::Preset;
 use haloray::cosmology::Background;
 use haloray::halo::HaloCatalogue;
-use haloray::mapping::multiplane::{Accuracy, AccuracyReport, Field, LineOfSight, Sheets};
-use haloray::mapping::{Mapping, Order};
+use haloray::mapping::multiplane::{Accuracy, AccuracyReport, Field, LineOfSight, MainLens, Sheets};
+use haloray::mapping::{Mapping, Order, RayBundle};
 use haloray::monitor::Silent;
 use haloray::pipeline::populate;
+use haloray::profile::mass::{Epl, MassModel};
 
 /// As the command has it.
 #[global_allocator]
@@ -24,6 +26,8 @@ fn grid(side: usize, width_arcsec: f64) -> Vec<[f64; 2]> {
     let at = |i: usize| width_arcsec * ((i as f64 + 0.5) / side as f64 - 0.5);
     (0..side * side).map(|k| [at(k % side), at(k / side)]).collect()
 }
+
+const COLUMNS: &str = "haloes,rays,order,accuracy,threads,median_s,min_s,max_s,bound_arcsec,measured_arcsec,rays_traced_exactly";
 
 /// Rays a side, order, accuracy, threads.
 type Case = (usize, usize, Accuracy, usize);
@@ -97,15 +101,73 @@ fn scaling() {
     lines(&haloes, &cases.collect::<Vec<_>>(), 15);
 }
 
+/// Images through the main lens: exact and to two accuracies, on one thread, one table.
+fn lenses() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let timed = |mapping: &(dyn Fn() -> (RayBundle, AccuracyReport) + Sync)| {
+        let mut runs: Vec<(f64, (RayBundle, AccuracyReport))> = (0..3)
+            .map(|_| {
+                let start = Instant::now();
+                let traced = pool.install(mapping);
+                (start.elapsed().as_secs_f64(), traced)
+            })
+            .collect();
+        runs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        runs.swap_remove(1)
+    };
+    println!(
+        "| haloes | θ_E | slope | centre | rays | accuracy | exact, s | adaptive, s | ratio | bound | largest error of all | traced exactly |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    let lenses =
+        [(0.5, 2.0, [0.0; 2]), (1.0, 2.1, [0.1, -0.2]), (1.5, 2.6, [0.0; 2]), (2.0, 1.9, [-0.3, 0.2])];
+    for (seed, (radius, slope, off)) in (101..).zip(lenses) {
+        let mut config = Preset::Paper.config().unwrap();
+        config.seed = seed;
+        let haloes = populate(&config, None, 0, &Silent).unwrap();
+        let sight = haloray::pipeline::line_of_sight(&config, &haloes, &haloes.catalogue).unwrap();
+        let axis = sight.observer_to(0.5).unwrap().map(&[[0.0; 2]], Order::Position).beta_arcsec[0];
+        let centre = [axis[0] + off[0], axis[1] + off[1]];
+        let profile = MassModel::Epl(Epl::new(radius, slope, [0.1, -0.05], centre).unwrap());
+        let segment = sight.through_lens(&MainLens { z: 0.5, profile }).unwrap();
+        for side in [64, 320] {
+            let theta = grid(side, 3.6);
+            let (exact_s, (exact, _)) =
+                timed(&|| (segment.map(&theta, Order::Position), AccuracyReport::default()));
+            for arcsec in [1e-7, 1e-5] {
+                let (seconds, (ours, report)) = timed(&|| {
+                    let accuracy = Accuracy::WithinArcsec(arcsec);
+                    let mapping = segment.adaptive(accuracy, Field::around(&theta), theta.len());
+                    (mapping.map(&theta, Order::Position), mapping.report())
+                });
+                let gaps = ours.beta_arcsec.iter().zip(&exact.beta_arcsec);
+                let worst = gaps.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max);
+                println!(
+                    "| {} | {radius}″ | {slope} | {off:?} | {} | {arcsec:.0e}″ | {exact_s:.3} | {seconds:.3} | {:.1} | {:.1e}″ | {worst:.1e}″ | {} |",
+                    haloes.catalogue.len(),
+                    theta.len(),
+                    exact_s / seconds,
+                    report.bound_arcsec,
+                    report.rays_traced_exactly
+                );
+            }
+        }
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let words: Vec<&str> = arguments[1..].iter().map(String::as_str).filter(|a| *a != "--bench").collect();
-    println!(
-        "haloes,rays,order,accuracy,threads,median_s,min_s,max_s,bound_arcsec,measured_arcsec,rays_traced_exactly"
-    );
     match words.as_slice() {
-        ["peers", file] => peers(file),
-        ["scaling"] => scaling(),
-        _ => eprintln!("arguments: peers HALOES.csv | scaling"),
+        ["peers", file] => {
+            println!("{COLUMNS}");
+            peers(file);
+        }
+        ["scaling"] => {
+            println!("{COLUMNS}");
+            scaling();
+        }
+        ["lenses"] => lenses(),
+        _ => eprintln!("arguments: peers HALOES.csv | scaling | lenses"),
     }
 }

@@ -157,6 +157,49 @@ fn segments_to_and_from_the_lens_and_through_it_are_traced() {
     check("lens", &sight.through_lens(&lens).unwrap(), 1e-7, Order::SecondDerivatives);
 }
 
+/// Checks images through elliptical power laws of any size, slope and place, and through haloes on their rings.
+fn check_lenses(seeds: std::ops::Range<u64>) {
+    let place = |seed: u64, step: f64| (0.5 + seed as f64 * step).fract();
+    for seed in seeds {
+        let radius = 0.5 + 1.5 * place(seed, 0.618_033_988_75);
+        let slope = 1.8 + 0.6 * place(seed, 0.754_877_666);
+        let [e1, e2, x, y] =
+            [0.569_840_291, 0.324_717_957, 0.430_159_709, 0.819_172_513].map(|s| place(seed, s));
+        let centre = [0.4 * (x - 0.5), 0.4 * (y - 0.5)];
+        let lens = |z: f64, centre: [f64; 2]| {
+            let profile = Epl::new(radius, slope, [0.4 * (e1 - 0.5), 0.4 * (e2 - 0.5)], centre).unwrap();
+            MainLens { z, profile: MassModel::Epl(profile) }
+        };
+        let sight = paper_cone(seed, 1e-6);
+        let at_lens = sight.observer_to(0.5).unwrap().map(&[[0.0; 2]], Order::Position).beta_arcsec[0];
+        let on_axis = [at_lens[0] + centre[0], at_lens[1] + centre[1]];
+        let through = sight.through_lens(&lens(0.5, on_axis)).unwrap();
+        let report = check("lens", &through, 1e-7, Order::Position);
+        assert!(report.rays_traced_exactly < report.rays / 5, "{report:?}");
+        check("lens, coarse", &through, 1e-5, Order::Jacobian);
+        let on_the_ring = |k: usize| {
+            let (sin, cos) = (0.7 * k as f64).sin_cos();
+            let at = [centre[0] + radius * cos, centre[1] + radius * sin];
+            (0.1 + 0.15 * k as f64, at, 0.02 * (1.0 + k as f64), 1e-3 * k as f64)
+        };
+        let haloes = [background_haloes(), (0..9).map(on_the_ring).collect()].concat();
+        let sight = cone(&haloes, &Sheets::OnAxis);
+        let through = sight.through_lens(&lens(0.45, centre)).unwrap();
+        check("haloes on the ring", &through, 1e-7, Order::Jacobian);
+    }
+}
+
+#[test]
+fn images_through_the_main_lens_keep_their_accuracy() {
+    check_lenses(61..63);
+}
+
+#[test]
+#[ignore = "slow: just nightly"]
+fn images_through_many_main_lenses_keep_their_accuracy() {
+    check_lenses(63..83);
+}
+
 #[test]
 fn adversarial_cones_keep_the_accuracy() {
     let step = 2.0 * HALF_ARCSEC / 63.0;

@@ -34,9 +34,20 @@ pub(super) struct State {
 }
 
 impl State {
-    fn advanced(self, chi_cmpc: f64) -> Self {
+    pub fn advanced(self, chi_cmpc: f64) -> Self {
         let step = chi_cmpc - self.chi_cmpc;
         Self { chi_cmpc, x: [0, 1].map(|c| self.x[c] + step * self.s[c]), s: self.s }
+    }
+
+    /// On through planes in order: where the ray meets each.
+    pub fn through(&mut self, planes: &[Plane]) -> Vec<Self> {
+        let meet = |plane: &Plane| {
+            let met = self.advanced(plane.chi_cmpc);
+            let kick = plane.kick_at(met.x.map(|x| x * plane.inv_chi));
+            *self = Self { s: [0, 1].map(|c| met.s[c] - kick[c]), ..met };
+            met
+        };
+        planes.iter().map(meet).collect()
     }
 
     /// x/χ, arcsec; zero at the observer.

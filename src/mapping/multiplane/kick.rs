@@ -112,6 +112,14 @@ impl Plane {
         self.tau.is_finite()
     }
 
+    /// f·α in one direction, arcsec.
+    pub fn kick_at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let mut kick = [0.0; 2];
+        let turn = |_, own: Kick| kick = own.f_alpha_arcsec;
+        self.kick::<0, 1>(&[[x], [y]], 1.0, &mut Distortion::none(), turn);
+        kick
+    }
+
     /// f·H (xx, xy, yy) in one direction.
     pub fn hessian(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let mut distortion = Distortion::none();

@@ -63,6 +63,11 @@ impl LensPlane {
         let f = chi_source_cmpc / (chi_source_cmpc - chi_cmpc);
         Self { chi_cmpc, f, origin_arcsec: [0.0; 2], profile: Arc::new(profile) }
     }
+
+    /// The plane with directions measured from another one.
+    pub fn seen_from(&self, theta: [f64; 2]) -> Self {
+        Self { origin_arcsec: [0, 1].map(|c| self.origin_arcsec[c] - theta[c]), ..self.clone() }
+    }
 }
 
 /// Planes in order of distance (equal distances in catalogue order); sheets on the ray are still missing.
@@ -95,6 +100,11 @@ pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets
 }
 
 impl Plane {
+    /// The plane with directions measured from another one; its kick differs by a constant, that of the sheet there.
+    pub fn seen_from(&self, theta: [f64; 2]) -> Self {
+        Self { centre_arcsec: [0, 1].map(|c| self.centre_arcsec[c] - theta[c]), ..*self }
+    }
+
     /// u of an offset t.
     #[inline(always)]
     pub fn u(&self, tx: f64, ty: f64) -> f64 {

@@ -131,6 +131,26 @@ impl<const N: usize> RaysTogether<N> {
         }
     }
 
+    /// Carries positions, slopes and derivatives to comoving distance `chi_cmpc` by a linear map.
+    #[inline(always)]
+    pub fn carry<const ORDER: usize>(&mut self, carry: &Carry, chi_cmpc: f64) {
+        self.chi_cmpc = chi_cmpc;
+        let ([x, y], [u, v]) = (&mut self.x, &mut self.s);
+        carry.apply([x, y, u, v]);
+        let Derivatives { dx, ds, d2x, d2s } = &mut self.by_theta;
+        if ORDER >= 1 {
+            let ([xx, xy, yx, yy], [ux, uy, vx, vy]) = (dx, ds);
+            carry.apply([xx, yx, ux, vx]);
+            carry.apply([xy, yy, uy, vy]);
+        }
+        if ORDER >= 2 {
+            let ([x0, x1, x2, y0, y1, y2], [u0, u1, u2, v0, v1, v2]) = (d2x, d2s);
+            carry.apply([x0, y0, u0, v0]);
+            carry.apply([x1, y1, u1, v1]);
+            carry.apply([x2, y2, u2, v2]);
+        }
+    }
+
     /// Position of ray `i`, Mpc·arcsec.
     pub fn position(&self, i: usize) -> [f64; 2] {
         [self.x[0][i], self.x[1][i]]
@@ -180,6 +200,44 @@ impl<const N: usize> RaysTogether<N> {
     }
 }
 
+/// What empty space and linear kicks do to (x, y) and their slopes, row by row.
+#[derive(Clone)]
+pub(super) struct Carry([[f64; 4]; 4]);
+
+impl Carry {
+    /// Nothing.
+    pub fn identity() -> Self {
+        Self(std::array::from_fn(|i| std::array::from_fn(|k| f64::from(u8::from(i == k)))))
+    }
+
+    /// Then empty space: x ← x + step·s.
+    pub fn drift(&mut self, step: f64) {
+        let Self([x, y, u, v]) = self;
+        for k in 0..4 {
+            x[k] += step * u[k];
+            y[k] += step * v[k];
+        }
+    }
+
+    /// Then a linear kick: s ← s − Hx, H = (xx, xy, yy).
+    pub fn kick(&mut self, [xx, xy, yy]: [f64; 3]) {
+        let Self([x, y, u, v]) = self;
+        for k in 0..4 {
+            u[k] -= xx * x[k] + xy * y[k];
+            v[k] -= xy * x[k] + yy * y[k];
+        }
+    }
+
+    #[inline(always)]
+    fn apply<const N: usize>(&self, [x, y, u, v]: [&mut [f64; N]; 4]) {
+        for i in 0..N {
+            let old = [x[i], y[i], u[i], v[i]];
+            let new = |row: &[f64; 4]| row[0] * old[0] + row[1] * old[1] + row[2] * old[2] + row[3] * old[3];
+            [x[i], y[i], u[i], v[i]] = [new(&self.0[0]), new(&self.0[1]), new(&self.0[2]), new(&self.0[3])];
+        }
+    }
+}
+
 impl RayBlock {
     /// On through halo planes.
     pub fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
@@ -205,7 +263,7 @@ impl<const N: usize> Derivatives<N> {
     /// S and S₂ of all rays after a plane.
     #[allow(clippy::needless_range_loop, reason = "lanes of many columns")]
     #[inline(always)]
-    fn kick<const ORDER: usize>(&mut self, Distortion { h, t }: &Distortion<N>, inv_chi: f64) {
+    pub fn kick<const ORDER: usize>(&mut self, Distortion { h, t }: &Distortion<N>, inv_chi: f64) {
         let Self { dx, ds, d2x, d2s } = self;
         for a in 0..2 {
             for j in 0..2 {

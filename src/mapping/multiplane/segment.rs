@@ -71,7 +71,7 @@ impl Segment {
         planes.split_at(self.lens.as_ref().map_or(planes.len(), |(before, _)| *before))
     }
 
-    fn start(&self, theta: &[[f64; 2]]) -> RayBlock {
+    pub(super) fn start(&self, theta: &[[f64; 2]]) -> RayBlock {
         RayBlock::start(self.span.chi_start_cmpc, self.span.x_start, self.span.s_start, theta)
     }
 

@@ -2,27 +2,24 @@
 
 use super::chebyshev::corner;
 use super::field::Field;
-use super::outline::{Outline, RAYS as OUTLINE_RAYS, outline_through};
+use super::outline::{Outline, outline_through};
 use super::phase_space::Rows;
-use super::rough_plane::RoughPlane;
 use super::sample::{Met, RAYS, ROW_NODES, Sample, SampledPlane, rays, row_nodes};
 use crate::mapping::multiplane::plane::Plane;
 use crate::mapping::multiplane::recursion::{BLOCK, RayBlock};
 use crate::mapping::multiplane::segment::Segment;
 use crate::mapping::multiplane::span::Span;
 
-/// The main lens must be this many times farther from the middle of a square than its corners.
-const CLEAR_OF_LENS: f64 = 1.5;
 /// A square for which a greater part of all planes is rough is not worth a sample.
 const ROUGH_SHARE: f64 = 0.3;
 
 /// Where the exact recursion halts: after so many planes, for this one.
 struct Halt {
     after: usize,
-    plane: RoughPlane,
+    plane: Plane,
 }
 
-/// Samples a square through all planes; nothing if too many are rough for that to help, or if it holds the main lens.
+/// Samples a square through all planes; nothing if too many are rough for that to help.
 pub(super) fn sample(segment: &Segment, square: Field, tolerance_arcsec: f64) -> Option<Sample> {
     let (halts, images) = halts(segment, &square, tolerance_arcsec)?;
     let theta_arcsec = rays(&square, &images);
@@ -53,44 +50,18 @@ pub(super) fn sample(segment: &Segment, square: Field, tolerance_arcsec: f64) ->
     Some(Sample { square, theta_arcsec, rough, beta_arcsec, end_rows: rows.1 })
 }
 
-/// Rough planes in order with the main lens among them, and the directions in which haloes inside the square are
+/// Rough planes in order, and the directions in which haloes inside the square are
 /// seen, strongest first.
 fn halts(segment: &Segment, square: &Field, tolerance: f64) -> Option<(Vec<Halt>, Vec<[f64; 2]>)> {
-    let mut outline = Outline::start(&segment.span, square);
-    let (mut halts, mut images) = (Vec::new(), Vec::new());
-    let (nearer, farther) = segment.nearer_and_farther();
-    let limit = (ROUGH_SHARE * segment.planes().len() as f64) as usize;
-    let mut through = |outline: &mut Outline, planes: &[Plane], first: usize, halts: &mut Vec<Halt>| {
-        let mut rough = Vec::new();
-        outline_through(outline, planes, tolerance, &mut rough);
-        for (number, strength, image) in rough {
-            halts.push(Halt { after: first + number, plane: RoughPlane::Halo(planes[number]) });
-            if square.contains(image) {
-                images.push((strength, image));
-            }
-        }
-        halts.len() <= limit
-    };
-    if !through(&mut outline, nearer, 0, &mut halts) {
+    let (mut outline, mut rough) = (Outline::start(&segment.span, square), Vec::new());
+    outline_through(&mut outline, segment.planes(), tolerance, &mut rough);
+    if rough.len() > (ROUGH_SHARE * segment.planes().len() as f64) as usize {
         return None;
     }
-    if let Some((after, lens)) = &segment.lens {
-        let spot = outline.advance(lens.chi_cmpc, 1.0 / lens.chi_cmpc);
-        let [x, y] = lens.centre_arcsec().unwrap_or(spot.mean_arcsec);
-        let distance = (x - spot.mean_arcsec[0]).hypot(y - spot.mean_arcsec[1]);
-        let is_clear = distance > CLEAR_OF_LENS * spot.radius_arcsec;
-        if !is_clear {
-            return None;
-        }
-        for i in 0..OUTLINE_RAYS {
-            let kick = lens.kick([0, 1].map(|c| outline.x[c][i] / lens.chi_cmpc));
-            (0..2).for_each(|c| outline.s[c][i] -= kick[c]);
-        }
-        halts.push(Halt { after: *after, plane: RoughPlane::Lens(lens.clone()) });
-    }
-    if !through(&mut outline, farther, nearer.len(), &mut halts) {
-        return None;
-    }
+    let mut images: Vec<(f64, [f64; 2])> =
+        rough.iter().map(|(_, strength, image)| (*strength, *image)).collect();
+    images.retain(|(_, image)| square.contains(*image));
+    let halts = rough.into_iter().map(|(after, ..)| Halt { after, plane: segment.planes()[after] }).collect();
     images.sort_by(|a, b| b.0.total_cmp(&a.0));
     Some((halts, images.into_iter().map(|(_, image)| image).collect()))
 }
@@ -117,12 +88,13 @@ impl Positions {
         let n = self.rays;
         for halt in halts {
             self.block.through::<0>(&segment.planes()[self.next..halt.after]);
-            self.block.advance::<0>(halt.plane.chi_cmpc());
+            self.block.advance::<0>(halt.plane.chi_cmpc);
             let inv_chi = 1.0 / self.block.chi_cmpc;
             let mut met = Met::with_room(RAYS);
             met.theta_arcsec.extend((0..n).map(|i| [0, 1].map(|c| self.block.x[c][i] * inv_chi)));
             let before = self.block.s;
-            self.next = pass(&mut self.block, halt, n);
+            self.next = halt.after + 1;
+            self.block.through::<0>(&segment.planes()[halt.after..self.next]);
             met.kick_arcsec.extend((0..n).map(|i| [0, 1].map(|c| before[c][i] - self.block.s[c][i])));
             self.met.push(met);
         }
@@ -134,20 +106,6 @@ impl Positions {
         self.block.through::<0>(&segment.planes()[self.next..]);
         self.block.advance::<0>(segment.span.chi_end_cmpc);
         (self.met, (0..self.rays).map(|i| self.block.position(i)).collect())
-    }
-}
-
-/// Kicks positions alone; returns the number of the next plane.
-fn pass(rays: &mut RayBlock, halt: &Halt, used: usize) -> usize {
-    match &halt.plane {
-        RoughPlane::Halo(plane) => {
-            rays.through::<0>(std::slice::from_ref(plane));
-            halt.after + 1
-        }
-        RoughPlane::Lens(plane) => {
-            rays.through_lens::<0>(plane, used);
-            halt.after
-        }
     }
 }
 
@@ -180,9 +138,10 @@ fn record_rows(
     let mut next = 0;
     for halt in halts {
         block.through::<1>(&segment.planes()[next..halt.after]);
-        block.advance::<1>(halt.plane.chi_cmpc());
+        block.advance::<1>(halt.plane.chi_cmpc);
         all.push(rows(&block, 1.0 / block.chi_cmpc));
-        next = pass(&mut block, halt, 2 * n);
+        next = halt.after + 1;
+        block.through::<0>(&segment.planes()[halt.after..next]);
     }
     block.through::<1>(&segment.planes()[next..]);
     block.advance::<1>(chi_end_cmpc);

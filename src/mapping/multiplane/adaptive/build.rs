@@ -4,11 +4,12 @@ use rayon::prelude::*;
 
 use super::chebyshev::{Basis, Jet, LANES, Lanes, Series, fine_number};
 use super::field::Field;
+use super::kicks::Kicks;
 use super::phase_space::{Linear, Rows};
-use super::rough_plane::{Kicks, RoughPlane};
 use super::sample::{EDGE_NODES, FINE_NODES, Met, ROW_NODES, Sample, SampledPlane, Spot, rays, row_nodes};
 use super::tile::{Event, State, Tile};
 use crate::mapping::Order;
+use crate::mapping::multiplane::plane::Plane;
 use crate::mapping::multiplane::span::Span;
 use crate::numerics::dispatch::kernel;
 
@@ -41,26 +42,20 @@ impl Tile {
         let images: Vec<[f64; 2]> = strongest.into_iter().map(|event| event.image_arcsec).collect();
         let theta_arcsec = rays(&square, &images);
         let (beta_arcsec, met) = self.record(&theta_arcsec);
-        let is_rough = |event: &Event, met: &Met| match &event.plane {
-            RoughPlane::Lens(_) => true,
-            RoughPlane::Halo(plane) => {
-                let spot = Spot::of(EDGE_NODES.iter().map(|i| met.theta_arcsec[*i]));
-                let halo = |i: &usize| {
-                    let (t, k) = (met.theta_arcsec[*i], met.kick_arcsec[*i]);
-                    (0..2).map(|c| (k[c] + plane.f_sheet * t[c]).powi(2)).sum::<f64>()
-                };
-                let alpha = EDGE_NODES.iter().map(halo).fold(0.0, f64::max).sqrt();
-                spot.is_rough(plane, alpha, tolerance_arcsec)
-            }
+        let is_rough = |Event { plane, .. }: &Event, met: &Met| {
+            let spot = Spot::of(EDGE_NODES.iter().map(|i| met.theta_arcsec[*i]));
+            let halo = |i: &usize| {
+                let (t, k) = (met.theta_arcsec[*i], met.kick_arcsec[*i]);
+                (0..2).map(|c| (k[c] + plane.f_sheet * t[c]).powi(2)).sum::<f64>()
+            };
+            let alpha = EDGE_NODES.iter().map(halo).fold(0.0, f64::max).sqrt();
+            spot.is_rough(plane, alpha, tolerance_arcsec)
         };
         let keep: Vec<bool> = self.events.iter().zip(&met).map(|(event, met)| is_rough(event, met)).collect();
         let (rows, end_rows) = narrower_rows(self, &row_nodes(&theta_arcsec), &met, &keep);
         let kept = self.events.iter().zip(met).zip(keep).filter(|(_, keep)| *keep);
-        let rough = kept.zip(rows).map(|(((event, met), _), rows)| SampledPlane {
-            plane: event.plane.clone(),
-            met,
-            rows,
-        });
+        let rough =
+            kept.zip(rows).map(|(((event, met), _), rows)| SampledPlane { plane: event.plane, met, rows });
         Sample { square, theta_arcsec, rough: rough.collect(), beta_arcsec, end_rows }
     }
 }
@@ -81,7 +76,7 @@ fn narrower_rows(
         if *keep {
             all.push(std::array::from_fn(|i| linear[i].rows(&rows_of(&jet, i))));
         }
-        let w = tile.span.weight(event.plane.chi_cmpc());
+        let w = tile.span.weight(event.plane.chi_cmpc);
         for (i, linear) in linear.iter_mut().enumerate() {
             if !keep {
                 linear.kick(&rows_of(&jet, i), w, event.plane.hessian(met.theta_arcsec[fine_number(i)]));
@@ -109,7 +104,7 @@ fn build(sample: &Sample, span: Span, accuracy: f64) -> Tile {
     let square = &sample.square;
     let all = sample.rough.par_iter().with_min_len(MANY);
     let rows: Vec<Series<8>> =
-        all.clone().map(|rough| series(&rough.rows, span.weight(rough.plane.chi_cmpc()), accuracy)).collect();
+        all.clone().map(|rough| series(&rough.rows, span.weight(rough.plane.chi_cmpc), accuracy)).collect();
     let end_rows = series(&sample.end_rows, 1.0, accuracy);
     let blocks: Vec<usize> = (0..FINE_NODES).step_by(LANES).collect();
     let left: Vec<Vec<[Lanes; 2]>> =
@@ -123,7 +118,7 @@ fn build(sample: &Sample, span: Span, accuracy: f64) -> Tile {
         .zip(rows)
         .enumerate()
         .map(|(number, (rough, rows))| Event {
-            plane: rough.plane.clone(),
+            plane: rough.plane,
             path: path(number, PATH_SHARE),
             rows,
             image_arcsec: image(square, &rough.plane, &rough.met.theta_arcsec),
@@ -155,7 +150,7 @@ kernel! {
             fill(&mut kicks.kick, &rough.met.kick_arcsec[nodes.clone()]);
             state.locate::<0>(&mut path, &jet);
             all.push(path.value);
-            state.kick::<0>(&path, &jet, &kicks, -span.weight(rough.plane.chi_cmpc()));
+            state.kick::<0>(&path, &jet, &kicks, -span.weight(rough.plane.chi_cmpc));
         }
         end_rows.at::<0>(&basis, &mut jet);
         fill(&mut path.value, &sample.beta_arcsec[nodes]);
@@ -185,8 +180,7 @@ fn unflattened(q: [f64; 8]) -> Rows {
 }
 
 /// The direction in which a halo's centre is seen, to first order from the corners of the square.
-fn image(square: &Field, plane: &RoughPlane, theta: &[[f64; 2]]) -> [f64; 2] {
-    let RoughPlane::Halo(plane) = plane else { return [f64::NAN; 2] };
+fn image(square: &Field, plane: &Plane, theta: &[[f64; 2]]) -> [f64; 2] {
     let side = super::chebyshev::SIDE;
     let corner = |x: usize, y: usize| theta[(1 - x) * (side - 1) + (1 - y) * side * (side - 1)];
     let [ll, hl, lh, hh] = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];

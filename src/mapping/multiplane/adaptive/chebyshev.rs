@@ -61,15 +61,25 @@ pub(super) fn corner(value: impl Fn(usize) -> f64) -> f64 {
 pub(super) struct Basis([[[Lanes; SIDE]; 3]; 2]);
 
 impl Basis {
+    pub fn zero() -> Self {
+        Self([[[[0.0; LANES]; SIDE]; 3]; 2])
+    }
+
     /// At most [`LANES`] rays of a square; lanes beyond repeat the last.
     pub fn at<const ORDER: usize>(square: &Field, theta_arcsec: &[[f64; 2]]) -> Self {
-        let mut basis = [[[[0.0; LANES]; SIDE]; 3]; 2];
+        let mut basis = Self::zero();
         let last = theta_arcsec.len() - 1;
-        for c in 0..2 {
+        basis.set::<ORDER>(square, |c, i| theta_arcsec[i.min(last)][c]);
+        basis
+    }
+
+    /// Sets what that order needs; coordinate `c` of ray `i` is `theta(c, i)`.
+    #[inline(always)]
+    pub fn set<const ORDER: usize>(&mut self, square: &Field, theta: impl Fn(usize, usize) -> f64) {
+        for (c, [values, first, second]) in self.0.iter_mut().enumerate() {
             let scale = 1.0 / square.half_arcsec[c];
-            let [values, first, second] = &mut basis[c];
             for i in 0..LANES {
-                let x = scale * (theta_arcsec[i.min(last)][c] - square.centre_arcsec[c]);
+                let x = scale * (theta(c, i) - square.centre_arcsec[c]);
                 values[0][i] = 1.0;
                 values[1][i] = x;
                 first[1][i] = scale;
@@ -86,7 +96,6 @@ impl Basis {
                 }
             }
         }
-        Self(basis)
     }
 }
 

@@ -9,10 +9,11 @@ mod all_planes;
 mod build;
 mod chebyshev;
 mod field;
+mod gathered;
+mod kicks;
 mod outline;
 mod phase_space;
 mod report;
-mod rough_plane;
 mod sample;
 mod tile;
 mod tree;
@@ -30,6 +31,7 @@ use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
 use crate::monitor::{Monitor, Uncounted};
 use crate::numerics::random::{Stage, stream};
+use gathered::{Call, Gathered, MANY_RAYS};
 use tree::{FEW_RAYS, Part, Traced, Tree};
 
 /// A segment traced to a stated accuracy instead of exactly.
@@ -39,9 +41,17 @@ use tree::{FEW_RAYS, Part, Traced, Tree};
 /// them is off by more than the accuracy.
 pub struct AdaptiveSegment {
     exact: Segment,
-    /// The accuracy in arcsec and the tiles; none where exact tracing is asked for or cheaper.
-    tree: Option<(f64, Tree)>,
+    /// The accuracy in arcsec and what keeps it; none where exact tracing is asked for or cheaper.
+    quicker: Option<(f64, Quicker)>,
     report: Mutex<AccuracyReport>,
+}
+
+/// What traces rays with less work than the exact recursion.
+enum Quicker {
+    /// Without a main lens.
+    Tiles(Box<Tree>),
+    /// Through one, with the whole field gathered at once unless it has too many rays.
+    Gathered(Option<Box<Gathered>>),
 }
 
 /// Random rays compared with the exact recursion: what one tile of it holds.
@@ -54,15 +64,22 @@ impl Segment {
     ///
     /// Everything is traced exactly without a field, for few rays, and for accuracies that are not above 1e-11″.
     pub fn adaptive(&self, accuracy: Accuracy, field: Option<Field>, rays: usize) -> AdaptiveSegment {
-        let tree = match (accuracy, field) {
+        let quicker = match (accuracy, field) {
             (Accuracy::WithinArcsec(arcsec), Some(field))
                 if arcsec >= FINEST_ARCSEC && rays >= FEW_RAYS && field.is_extended() =>
             {
-                Some((arcsec, Tree::new(self.clone(), &field, arcsec)))
+                let quicker = match &self.lens {
+                    None => Some(Quicker::Tiles(Tree::new(self.clone(), &field, arcsec).into())),
+                    Some(_) if rays > MANY_RAYS => Some(Quicker::Gathered(None)),
+                    Some(_) => {
+                        Gathered::new(self, &field, arcsec).map(|own| Quicker::Gathered(Some(own.into())))
+                    }
+                };
+                quicker.map(|quicker| (arcsec, quicker))
             }
             _ => None,
         };
-        AdaptiveSegment { exact: self.clone(), tree, report: Mutex::default() }
+        AdaptiveSegment { exact: self.clone(), quicker, report: Mutex::default() }
     }
 }
 
@@ -131,14 +148,21 @@ fn gather<T: Copy + Default>(n: usize, parts: &[Part], of: impl Fn(&RayBundle) -
 impl Mapping for AdaptiveSegment {
     fn trace(&self, theta_arcsec: &[[f64; 2]], order: Order, monitor: &dyn Monitor) -> Result<RayBundle> {
         let n = theta_arcsec.len();
-        let Some((accuracy_arcsec, tree)) = self.tree.as_ref().filter(|_| n >= FEW_RAYS) else {
+        let Some((accuracy_arcsec, quicker)) = self.quicker.as_ref().filter(|_| n >= FEW_RAYS) else {
             return self.all_exactly(theta_arcsec, order, monitor);
         };
         let mut rng = stream(n as u64, 0, Stage::AccuracyCheck, 0);
         let chosen: Vec<usize> = (0..COMPARED).map(|_| rng.random_range(0..n)).collect();
         let some: Vec<[f64; 2]> = chosen.iter().map(|&i| theta_arcsec[i]).collect();
-        let (exact, traced) =
-            rayon::join(|| self.exact.map(&some, order), || tree.trace(theta_arcsec, order, monitor));
+        let trace = || match quicker {
+            Quicker::Tiles(tree) => tree.trace(theta_arcsec, order, monitor),
+            Quicker::Gathered(gathered) => {
+                let (segment, accuracy_arcsec) = (&self.exact, *accuracy_arcsec);
+                let call = Call { segment, accuracy_arcsec, theta_arcsec, order, monitor };
+                call.trace(gathered.as_deref(), (0..n as u32).collect(), 0)
+            }
+        };
+        let (exact, traced) = rayon::join(|| self.exact.map(&some, order), trace);
         let traced = traced?;
         let report = AccuracyReport {
             bound_arcsec: traced.bound_arcsec,

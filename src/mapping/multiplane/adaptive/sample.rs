@@ -3,7 +3,6 @@
 use super::chebyshev::{ROW_SIDE, SIDE, fine_number, nodes};
 use super::field::Field;
 use super::phase_space::Rows;
-use super::rough_plane::RoughPlane;
 use crate::mapping::multiplane::plane::Plane;
 
 /// Nodes of paths, and those of them that are nodes of rows.
@@ -45,7 +44,7 @@ impl Met {
 
 /// A rough plane as the rays of a sample meet it.
 pub(super) struct SampledPlane {
-    pub plane: RoughPlane,
+    pub plane: Plane,
     pub met: Met,
     /// Rows at the coarse nodes, with the Hessians of smooth haloes and nothing of the rough ones.
     pub rows: [Rows; ROW_NODES],
@@ -67,8 +66,6 @@ pub(super) struct Sample {
 /// errors nearly so): at a twentieth to a quarter of the half side, in all directions. The others are spread evenly
 /// (Roberts' R₂ sequence).
 pub(super) fn rays(square: &Field, images_arcsec: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    /// 1/φ and 1/φ² for φ³ = φ + 1.
-    const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
     let at = |centre: [f64; 2], place: [f64; 2]| {
         [0, 1].map(|c| {
             let far = square.half_arcsec[c];
@@ -82,9 +79,19 @@ pub(super) fn rays(square: &Field, images_arcsec: &[[f64; 2]]) -> Vec<[f64; 2]> 
         let radius = 0.05 * (1 + k % 5) as f64;
         rays.push(at(*image, [radius * cos, radius * sin]));
     }
-    let spread = |k: usize| at(square.centre_arcsec, STEPS.map(|s| 2.0 * (0.5 + s * k as f64).fract() - 1.0));
-    rays.extend((1..).map(spread).take(RAYS - rays.len()));
+    rays.extend(spread_over(square).take(RAYS - rays.len()));
     rays
+}
+
+/// Rays spread evenly over a square without end (Roberts' R₂ sequence).
+pub(super) fn spread_over(square: &Field) -> impl Iterator<Item = [f64; 2]> {
+    /// 1/φ and 1/φ² for φ³ = φ + 1.
+    const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+    let at = |c: usize, k: usize| {
+        let place = 2.0 * (0.5 + STEPS[c] * k as f64).fract() - 1.0;
+        square.centre_arcsec[c] + square.half_arcsec[c] * place
+    };
+    (1..).map(move |k| [at(0, k), at(1, k)])
 }
 
 /// The rays of a sample that are coarse nodes.

@@ -4,16 +4,17 @@ use rayon::prelude::*;
 
 use super::chebyshev::{Basis, Jet, LANES, Lanes, Series};
 use super::field::Field;
-use super::rough_plane::{Kicks, RoughPlane};
+use super::kicks::Kicks;
 use super::sample::{Met, RAYS};
 use crate::mapping::multiplane::kick::Distortion;
+use crate::mapping::multiplane::plane::Plane;
 use crate::mapping::multiplane::span::Span;
 use crate::mapping::{Order, RayBundle};
 use crate::numerics::dispatch::kernel;
 
 /// A rough plane of a tile: met in the direction θ = S(θ₀) + Q(θ₀)z, and there kicked by K(θ).
 pub(super) struct Event {
-    pub plane: RoughPlane,
+    pub plane: Plane,
     /// S.
     pub path: Series<2>,
     /// Q, row by row.
@@ -88,13 +89,13 @@ fn trace<const ORDER: usize, const RECORD: bool>(
         event.path.at::<ORDER>(&basis, &mut path);
         event.rows.at::<ORDER>(&basis, &mut rows);
         state.locate::<ORDER>(&mut path, &rows);
-        event.plane.kick::<ORDER>(&path.value, used, &mut kicks);
+        kicks.set::<ORDER>(&event.plane, &path.value);
         if RECORD {
             let met = &mut met[number];
             met.theta_arcsec.extend((0..used).map(|i| [path.value[0][i], path.value[1][i]]));
             met.kick_arcsec.extend((0..used).map(|i| [kicks.kick[0][i], kicks.kick[1][i]]));
         }
-        state.kick::<ORDER>(&path, &rows, &kicks, tile.span.weight(event.plane.chi_cmpc()));
+        state.kick::<ORDER>(&path, &rows, &kicks, tile.span.weight(event.plane.chi_cmpc));
     }
     tile.end.at::<ORDER>(&basis, &mut path);
     tile.end_rows.at::<ORDER>(&basis, &mut rows);

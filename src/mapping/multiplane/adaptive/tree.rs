@@ -146,7 +146,7 @@ impl Descent<'_> {
 }
 
 impl Traced {
-    fn and(mut self, other: Self) -> Self {
+    pub fn and(mut self, other: Self) -> Self {
         self.parts.extend(other.parts);
         self.refused.extend(other.refused);
         self.bound_arcsec = self.bound_arcsec.max(other.bound_arcsec);
