@@ -121,10 +121,24 @@ impl Plane {
     }
 
     /// f·H (xx, xy, yy) in one direction.
-    pub fn hessian(&self, [x, y]: [f64; 2]) -> [f64; 3] {
-        let mut distortion = Distortion::none();
-        self.kick::<1, 1>(&[[x], [y]], 1.0, &mut distortion, |_, _| ());
-        distortion.h.map(|[h]| h)
+    pub fn hessian(&self, theta: [f64; 2]) -> [f64; 3] {
+        self.linear(theta).1
+    }
+
+    /// f·α in arcsec and f·H (xx, xy, yy) in one direction.
+    #[inline(always)]
+    pub fn linear(&self, [x, y]: [f64; 2]) -> ([f64; 2], [f64; 3]) {
+        let (mut distortion, mut kick) = (Distortion::none(), [0.0; 2]);
+        let turn = |_, own: Kick| kick = own.f_alpha_arcsec;
+        self.kick::<1, 1>(&[[x], [y]], 1.0, &mut distortion, turn);
+        (kick, distortion.h.map(|[h]| h))
+    }
+
+    /// The size of a kick f·α in one direction, its sheet left out, arcsec.
+    #[inline(always)]
+    pub fn without_sheet(&self, kick: [f64; 2], theta: [f64; 2]) -> f64 {
+        let [x, y] = [0, 1].map(|c| kick[c] + self.f_sheet * theta[c]);
+        (x * x + y * y).sqrt()
     }
 
     /// f·ψ in one direction, arcsec²; zero at the halo's centre but for the sheet.

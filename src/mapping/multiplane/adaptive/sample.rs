@@ -118,6 +118,15 @@ impl Spot {
         Self { mean_arcsec, radius_arcsec: theta.map(square).fold(0.0, f64::max).sqrt() }
     }
 
+    /// Whether interpolation of degree 4 is good to `tolerance` for a halo that is many spots away; `alpha` is its kick in the middle.
+    #[inline(always)]
+    pub fn is_far(&self, plane: &Plane, alpha: f64, tolerance: f64) -> bool {
+        let [x, y] = [0, 1].map(|c| self.mean_arcsec[c] - plane.centre_arcsec[c]);
+        let b = 2.0 * std::f64::consts::SQRT_2 * (x * x + y * y).sqrt() / (1.05 * self.radius_arcsec) - 1.3;
+        // Over the spot the kick grows by less than half.
+        b > 9.0 && 3.0 * alpha <= tolerance * (b * b) * (b * b) * b
+    }
+
     /// False when interpolating the kick of a halo over the spot is good to `tolerance`; `alpha` is its largest kick
     /// at the edge.
     ///

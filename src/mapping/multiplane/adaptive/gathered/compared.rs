@@ -11,8 +11,8 @@ use crate::mapping::multiplane::segment::Segment;
 use crate::mapping::multiplane::span::Span;
 
 /// Rays that are compared with the exact recursion, those about the main lens among them.
-const COMPARED: usize = 2 * BLOCK;
-const ABOUT_LENS: usize = 24;
+const COMPARED: usize = BLOCK;
+const ABOUT_LENS: usize = 16;
 /// Rays that pass the middle of the main lens within this part of the field's half side are traced exactly: its Hessian, by
 /// which errors grow, has no bound there.
 const CORE: f64 = 1.0 / 24.0;
@@ -82,7 +82,7 @@ impl Compared {
         if let Some(middle) = segment.lens.as_ref().and_then(of_lens) {
             let about = (0..ABOUT_LENS).map(|k| {
                 let (sin, cos) = (2.4 * k as f64).sin_cos();
-                let radius = core_arcsec * (1.1 + 0.25 * k as f64);
+                let radius = core_arcsec * (1.1 + 0.4 * k as f64);
                 [0, 1].map(|c| middle[c] + radius * [cos, sin][c])
             });
             theta_arcsec.extend(about.filter(|at| field.contains(*at)));

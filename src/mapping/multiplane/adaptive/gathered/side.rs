@@ -3,9 +3,11 @@
 use rayon::prelude::*;
 
 use super::stops::What;
-use crate::mapping::multiplane::adaptive::chebyshev::{SIDE, Series, nodes};
+use crate::mapping::multiplane::adaptive::chebyshev::{
+    Basis, Jet, LANES, ROW_SIDE, SIDE, Series, fine_number, nodes,
+};
 use crate::mapping::multiplane::adaptive::field::Field;
-use crate::mapping::multiplane::adaptive::sample::{EDGE_NODES, FINE_NODES, Spot};
+use crate::mapping::multiplane::adaptive::sample::{FINE_NODES, ROW_NODES, Spot};
 use crate::mapping::multiplane::axis::State;
 use crate::mapping::multiplane::kick::{Distortion, Kick};
 use crate::mapping::multiplane::plane::Plane;
@@ -16,11 +18,68 @@ const STENCIL: usize = 4;
 /// Parts of the accuracy by which interpolation may miss the kick of a single smooth halo, and of a gathered plane.
 const HALO_SHARE: f64 = 1e-3;
 const PLANE_SHARE: f64 = 1e-3;
-/// Node in the middle of the square.
-const MIDDLE: usize = FINE_NODES / 2;
-/// Numbers at the nodes, whole cache lines of them; lanes beyond repeat the last.
-const LANES_OF_NODES: usize = FINE_NODES.next_multiple_of(8);
-type OfNodes = [[f64; LANES_OF_NODES]; 2];
+/// Numbers at the nodes of either grid, whole cache lines of them.
+const FINE_LANES: usize = FINE_NODES.next_multiple_of(8);
+const COARSE_LANES: usize = ROW_NODES.next_multiple_of(8);
+
+/// x and y of the kick at each node.
+type Kicks<const N: usize> = [[f64; N]; 2];
+
+/// Nodes of the square of half side 1, lanes beyond the last node repeat it; and those of them at corners and in the middles of sides.
+struct Nodes<const N: usize> {
+    places: [[f64; N]; 2],
+    edge: [usize; 8],
+}
+
+impl<const N: usize> Nodes<N> {
+    fn new(places: &[[f64; 2]]) -> Self {
+        let last = places.len() - 1;
+        let is_edge = |i: &usize| places[*i].iter().all(|x| x.abs() < 1e-9 || x.abs() > 1.0 - 1e-9);
+        let mut edge = (0..=last).filter(is_edge).filter(|i| *i != last / 2);
+        Self {
+            places: [0, 1].map(|c| std::array::from_fn(|i| places[i.min(last)][c])),
+            edge: std::array::from_fn(|_| edge.next().unwrap_or(last)),
+        }
+    }
+
+    /// What a halo does at the nodes beyond its linear part; the largest of that, and the largest kick without its sheet.
+    #[inline(always)]
+    fn beyond_linear(&self, plane: &Plane, at: &Middle, kicks: &mut Kicks<N>) -> [f64; 2] {
+        let (mut offsets, mut theta) = ([[0.0; N]; 2], [[0.0; N]; 2]);
+        for c in 0..2 {
+            for i in 0..N {
+                offsets[c][i] = at.half_arcsec * self.places[c][i];
+                theta[c][i] = at.theta_arcsec[c] + offsets[c][i];
+            }
+        }
+        plane.kick::<0, N>(&theta, 1.0, &mut Distortion::none(), |i: usize, kick: Kick| {
+            kicks[0][i] = kick.f_alpha_arcsec[0];
+            kicks[1][i] = kick.f_alpha_arcsec[1];
+        });
+        // hypot would take longer than all the rest.
+        let largest = |[x, y]: &Kicks<N>, per: f64| {
+            let square =
+                |i: &usize| (x[*i] + per * theta[0][*i]).powi(2) + (y[*i] + per * theta[1][*i]).powi(2);
+            self.edge.iter().map(square).fold(0.0, f64::max).sqrt()
+        };
+        let alpha = largest(kicks, plane.f_sheet);
+        let [x, y] = &offsets;
+        for (c, kicks) in kicks.iter_mut().enumerate() {
+            for i in 0..N {
+                kicks[i] -= at.kick_arcsec[c] + (at.h[c] * x[i] + at.h[c + 1] * y[i]);
+            }
+        }
+        [largest(kicks, 0.0), alpha]
+    }
+}
+
+/// Where the ray through the middle of the field meets a halo, how wide the rays spread there, and what the halo does to that ray.
+struct Middle {
+    theta_arcsec: [f64; 2],
+    half_arcsec: f64,
+    kick_arcsec: [f64; 2],
+    h: [f64; 3],
+}
 
 /// What may be gathered.
 pub(super) struct Bounds {
@@ -69,23 +128,35 @@ pub(super) fn gather(planes: &[Plane], met: &[State], bundle: &Bundle, step: f64
         })
         .collect();
     let unit = Field { centre_arcsec: [0.0; 2], half_arcsec: [1.0; 2] };
-    let nodes = nodes(&unit);
-    let places: OfNodes = [0, 1].map(|c| std::array::from_fn(|i| nodes[i.min(FINE_NODES - 1)][c]));
+    let places = nodes(&unit);
+    let coarse_places: [[f64; 2]; ROW_NODES] = std::array::from_fn(|k| places[fine_number(k)]);
+    let (fine, coarse) = (Nodes::new(&places), Nodes::new(&coarse_places));
     let parts: Vec<Gathering> = (0..steps)
         .into_par_iter()
         .map(|k| {
             let own = ends[k]..ends[k + 1];
             let mut part = Gathering::empty(std::array::from_fn(|n| distance(stencil(k) + n)));
-            add(&mut part, &planes[own.clone()], &met[own], (bundle, &places), bounds);
+            add(&mut part, &planes[own.clone()], &met[own], (bundle, &fine, &coarse), bounds);
             part
         })
         .collect();
-    let mut sums = vec![[[0.0; 2]; FINE_NODES]; steps + 1];
+    let mut sums = vec![([[0.0; 2]; FINE_NODES], [[0.0; 2]; ROW_NODES]); steps + 1];
     for (k, part) in parts.iter().enumerate() {
-        for (n, own) in part.kicks.iter().enumerate() {
-            for (i, sum) in sums[stencil(k) + n].iter_mut().enumerate() {
-                (0..2).for_each(|c| sum[c] += own[c][i]);
-            }
+        for ((fine, coarse), (own_fine, own_coarse)) in sums[stencil(k)..].iter_mut().zip(&part.kicks) {
+            fine.iter_mut().enumerate().for_each(|(i, sum)| (0..2).for_each(|c| sum[c] += own_fine[c][i]));
+            coarse
+                .iter_mut()
+                .enumerate()
+                .for_each(|(i, sum)| (0..2).for_each(|c| sum[c] += own_coarse[c][i]));
+        }
+    }
+    let tolerance = PLANE_SHARE * bounds.accuracy_arcsec;
+    for (fine, coarse) in &mut sums {
+        let series = Series::coarse(coarse, [1.0; 2], tolerance);
+        let mut jet = Jet::zero();
+        for (places, fine) in places.chunks(LANES).zip(fine.chunks_mut(LANES)) {
+            series.at::<0>(&Basis::at::<0>(&unit, places), &mut jet);
+            fine.iter_mut().enumerate().for_each(|(i, sum)| (0..2).for_each(|c| sum[c] += jet.value[c][i]));
         }
     }
     let linear: Vec<Option<[f64; 3]>> = parts.into_iter().flat_map(|part| part.linear).collect();
@@ -94,8 +165,8 @@ pub(super) fn gather(planes: &[Plane], met: &[State], bundle: &Bundle, step: f64
         let plane = plane.seen_from(met.direction_arcsec());
         (plane.chi_cmpc, What::Halo(plane, plane.kick_at([0.0; 2])))
     });
-    let gathered = sums.iter().enumerate().map(|(node, kicks)| {
-        let series = Series::fine(kicks, [1.0; 2], PLANE_SHARE * bounds.accuracy_arcsec);
+    let gathered = sums.iter().enumerate().map(|(node, (kicks, _))| {
+        let series = Series::fine(kicks, [1.0; 2], tolerance);
         (distance(node), What::Gathered(series, bundle.square(distance(node))))
     });
     let mut stops: Vec<(f64, What)> = rough.chain(gathered).collect();
@@ -106,15 +177,16 @@ pub(super) fn gather(planes: &[Plane], met: &[State], bundle: &Bundle, step: f64
 /// What the haloes between two neighbouring distances leave at the four about them.
 struct Gathering {
     distances: [f64; STENCIL],
-    /// Kicks at the nodes of the square, less their linear part.
-    kicks: Vec<OfNodes>,
+    /// Kicks at the nodes less their linear part, of haloes that need the finer grid and of those that do not.
+    kicks: Vec<(Kicks<FINE_LANES>, Kicks<COARSE_LANES>)>,
     /// Of each halo its linear part, where it is smooth.
     linear: Vec<Option<[f64; 3]>>,
 }
 
 impl Gathering {
     fn empty(distances: [f64; STENCIL]) -> Self {
-        Self { distances, kicks: vec![[[0.0; LANES_OF_NODES]; 2]; STENCIL], linear: Vec::new() }
+        let nothing = ([[0.0; FINE_LANES]; 2], [[0.0; COARSE_LANES]; 2]);
+        Self { distances, kicks: vec![nothing; STENCIL], linear: Vec::new() }
     }
 
     /// Weights of the cubic through the four distances at another one.
@@ -127,64 +199,53 @@ impl Gathering {
     }
 }
 
+#[inline(always)]
+fn accumulate<const N: usize>(sums: &mut Kicks<N>, weight: f64, kicks: &Kicks<N>) {
+    for c in 0..2 {
+        for i in 0..N {
+            sums[c][i] += weight * kicks[c][i];
+        }
+    }
+}
+
 kernel! {
     /// Adds planes, which the ray through the middle meets as in `met`, to what is gathered.
     fn add(
         part: &mut Gathering,
         planes: &[Plane],
         met: &[State],
-        (bundle, places): (&Bundle, &OfNodes),
+        (bundle, fine, coarse): (&Bundle, &Nodes<FINE_LANES>, &Nodes<COARSE_LANES>),
         bounds: &Bounds,
     ) {
-        let mut distortion = Distortion::none();
-        let (mut offsets, mut theta, mut kicks) = (*places, *places, *places);
+        let tolerance = HALO_SHARE * bounds.accuracy_arcsec;
+        let (mut fine_kicks, mut coarse_kicks) = ([[0.0; FINE_LANES]; 2], [[0.0; COARSE_LANES]; 2]);
         for (plane, reference) in planes.iter().zip(met) {
-            let mean_arcsec = reference.x.map(|x| x * plane.inv_chi);
-            let [half, _] = bundle.square(plane.chi_cmpc).half_arcsec;
-            for c in 0..2 {
-                for i in 0..LANES_OF_NODES {
-                    offsets[c][i] = half * places[c][i];
-                    theta[c][i] = mean_arcsec[c] + offsets[c][i];
-                }
-            }
-            plane.kick::<0, LANES_OF_NODES>(&theta, 1.0, &mut distortion, |i: usize, kick: Kick| {
-                kicks[0][i] = kick.f_alpha_arcsec[0];
-                kicks[1][i] = kick.f_alpha_arcsec[1];
-            });
-            // hypot would take longer than all the rest.
-            let largest = |[x, y]: &OfNodes, per: f64| {
-                let square = |i: &usize| (x[*i] + per * theta[0][*i]).powi(2) + (y[*i] + per * theta[1][*i]).powi(2);
-                EDGE_NODES.iter().map(square).fold(0.0, f64::max).sqrt()
+            let theta_arcsec = reference.x.map(|x| x * plane.inv_chi);
+            let [half_arcsec, _] = bundle.square(plane.chi_cmpc).half_arcsec;
+            let spot = Spot { mean_arcsec: theta_arcsec, radius_arcsec: half_arcsec * std::f64::consts::SQRT_2 };
+            let (kick_arcsec, h) = plane.linear(theta_arcsec);
+            let middle = Middle { theta_arcsec, half_arcsec, kick_arcsec, h };
+            let is_far = spot.is_far(plane, plane.without_sheet(kick_arcsec, theta_arcsec), tolerance);
+            let (most, is_rough) = if is_far {
+                (coarse.beyond_linear(plane, &middle, &mut coarse_kicks)[0], false)
+            } else {
+                let [most, alpha] = fine.beyond_linear(plane, &middle, &mut fine_kicks);
+                (most, spot.is_rough(plane, alpha, tolerance))
             };
-            let spot = Spot { mean_arcsec, radius_arcsec: half * std::f64::consts::SQRT_2 };
-            let alpha = largest(&kicks, plane.f_sheet);
-            if spot.is_rough(plane, alpha, HALO_SHARE * bounds.accuracy_arcsec) {
-                part.linear.push(None);
-                continue;
-            }
-            let h = plane.hessian(mean_arcsec);
-            let [x, y] = &offsets;
-            for c in 0..2 {
-                let middle = kicks[c][MIDDLE];
-                for i in 0..LANES_OF_NODES {
-                    kicks[c][i] -= middle + (h[c] * x[i] + h[c + 1] * y[i]);
-                }
-            }
-            if largest(&kicks, 0.0) > bounds.largest_arcsec {
+            if is_rough || most > bounds.largest_arcsec {
                 part.linear.push(None);
                 continue;
             }
             part.linear.push(Some(h));
             let weights = part.weights(plane.chi_cmpc);
-            for (sums, weight) in part.kicks.iter_mut().zip(weights) {
-                for c in 0..2 {
-                    for i in 0..LANES_OF_NODES {
-                        sums[c][i] += weight * kicks[c][i];
-                    }
+            for ((fine, coarse), weight) in part.kicks.iter_mut().zip(weights) {
+                match is_far {
+                    true => accumulate(coarse, weight, &coarse_kicks),
+                    false => accumulate(fine, weight, &fine_kicks),
                 }
             }
         }
     }
 }
 
-const _: () = assert!(SIDE % 2 == 1, "a node lies in the middle of the square");
+const _: () = assert!(SIDE % 2 == 1 && ROW_SIDE % 2 == 1, "nodes lie in the middles of sides");
