@@ -264,9 +264,13 @@ fn rays_outside_the_field_and_coincident_rays_are_traced() {
 fn the_number_of_threads_changes_no_bit() {
     let sight = paper_cone(51, 1e-5);
     let theta = grid(80, HALF_ARCSEC);
+    let profile = MassModel::Epl(Epl::new(1.2, 2.0, [0.1, -0.05], [0.02, 0.01]).unwrap());
+    let through = sight.through_lens(&MainLens { z: 0.5, profile }).unwrap();
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| trace(&sight.observer_to_source(), &theta, 1e-7, Order::SecondDerivatives))
+        let traced =
+            |segment: &Segment| pool.install(|| trace(segment, &theta, 1e-7, Order::SecondDerivatives));
+        [traced(&sight.observer_to_source()), traced(&through)]
     };
     let (one, two) = (with(1), with(2));
     assert!(one == two, "threads changed the rays");
