@@ -2,10 +2,11 @@
 //! rough haloes one by one, and the main lens, however far that turns them.
 //!
 //! All is measured from the ray through the middle of the field, traced through every halo, and through the main lens unless the
-//! field holds the middle of that. A ray at the offset δ from it gets from a halo K(0) + Hδ + K₂(δ), more than that ray by Hδ + K₂. The linear parts of all smooth
-//! haloes are linear maps of offset and slope between two stops, and exact. What K₂ does to the end, (χ_end − χ)·K₂(δ(χ)), is small
-//! and smooth in δ and χ: it is interpolated over the square that the rays fill at Chebyshev nodes, and moved to the four nearest
-//! of a few dozen distances by the weights of a cubic.
+//! field holds the middle of that. A ray at the offset δ from it gets from a halo K(0) + Hδ + K₂(δ), more than that ray by
+//! Hδ + K₂. The linear parts of all smooth haloes are linear maps of offset and slope between two stops, and exact. What K₂ does to
+//! the end, (χ_end − χ)·K₂(δ(χ)), is small and smooth in δ and χ: it is interpolated over the square that the rays fill at
+//! Chebyshev nodes, and moved to the four nearest of a hundred distances by the weights of a cubic. docs/ADAPTIVE_TRACING.md has
+//! more.
 
 mod compared;
 mod rays;
