@@ -2,7 +2,8 @@
 //!
 //! The field is quartered into tiles. A hundred rays through a tile, traced exactly or through a wider tile, show
 //! where rays meet each rough plane and how smooth haloes pass a kick on; both vary smoothly over the tile and are
-//! interpolated. Rays of the tile then meet the rough planes alone. docs/ADAPTIVE_TRACING.md derives the errors.
+//! interpolated. Rays of the tile then meet the rough planes alone. Through the main lens there are no tiles: smooth haloes are
+//! gathered onto a few planes. docs/ADAPTIVE_TRACING.md derives the errors.
 
 mod accuracy;
 mod all_planes;
@@ -36,8 +37,8 @@ use tree::{FEW_RAYS, Part, Traced, Tree};
 
 /// A segment traced to a stated accuracy instead of exactly.
 ///
-/// Tiles carry a bound on the error of β; rays outside the field, rays that no accurate tile holds, and delays are
-/// traced exactly. Every call compares random rays with the exact recursion, and traces all rays exactly if one of
+/// Tiles, and behind the main lens gathered fields, carry a bound on the error of β; rays outside the field, rays that none of
+/// them holds, and delays are traced exactly. Every call compares random rays with the exact recursion, and traces all rays exactly if one of
 /// them is off by more than the accuracy.
 pub struct AdaptiveSegment {
     exact: Segment,
