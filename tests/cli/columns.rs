@@ -70,6 +70,9 @@ fn tables_of_pandas_and_spreadsheets_are_read_and_what_was_left_out_is_said() {
     assert!(traced(&folder, "semicolons.csv").contains("semicolons separate its columns"));
     let quiet = folder.haloray(&format!("trace --quiet --haloes pandas.csv {TRACE}"));
     assert!(quiet.stderr.is_empty());
+    fs::write(folder.path("units.csv"), format!("# halo units: deg\n{text}")).unwrap();
+    let said = "its comment 'halo units: deg' is not read; columns have the units that their names end in";
+    assert!(traced(&folder, "units.csv").contains(said));
 }
 
 #[test]

@@ -322,6 +322,26 @@ fn options_outside_their_domain_are_refused_by_name() {
 }
 
 #[test]
+fn two_words_on_the_same_key_and_words_without_effect_are_refused() {
+    let folder = folder();
+    for (command, wanted) in [
+        ("simulate --seed 3 --set seed=4 -o run", "--seed is 3, but must be left out beside --set seed=4"),
+        (
+            "simulate --draw direct --set haloes.draw=\"direct\" -o run",
+            "--draw is direct, but must be left out beside --set haloes.draw=\"direct\"",
+        ),
+        (
+            "map --haloes haloes.csv --set haloes.catalogue=haloes.csv -o maps",
+            "--haloes is haloes.csv, but must be left out beside --set haloes.catalogue=haloes.csv",
+        ),
+        ("map --haloes haloes.csv --draw brute-force -o maps", "--draw is brute-force, but must be left out"),
+        ("map --haloes haloes.csv --seed 3 -o maps", "--seed is 3, but must be left out beside --haloes"),
+    ] {
+        refuses(&folder, command, &[wanted]);
+    }
+}
+
+#[test]
 fn a_file_of_the_users_own_is_replaced_on_request_alone() {
     let folder = folder();
     fs::write(folder.path("rays.csv"), "my notes").unwrap();

@@ -38,6 +38,7 @@ pub struct Args {
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let mut config = args.sight.resolve()?;
+    args.sight.check_seed_matters(&config)?;
     config.maps.points = args.grid_points.unwrap_or(config.maps.points);
     config.maps.half_width_arcsec = args.half_width_arcsec.unwrap_or(config.maps.half_width_arcsec);
     config.validate().map_err(|error| error.named("maps.half_width_arcsec", "--half-width-arcsec"))?;

@@ -90,6 +90,15 @@ pub enum DrawArg {
     BruteForce,
 }
 
+impl DrawArg {
+    fn name(self) -> &'static str {
+        match self {
+            DrawArg::Direct => "direct",
+            DrawArg::BruteForce => "brute-force",
+        }
+    }
+}
+
 impl Settings {
     /// The configuration file, if there is one.
     pub fn file(&self) -> Option<&Path> {
@@ -112,8 +121,7 @@ impl Settings {
     pub fn resolve_with(&self, more: &[String]) -> Result<Config> {
         let mut config = self.layers.resolve(self.config.as_deref(), more)?;
         if let Some(draw) = self.draw {
-            let name = draw.to_possible_value().map(|value| value.get_name().to_owned());
-            self.layers.check_once("--draw", name, "haloes.draw")?;
+            self.layers.check_once("--draw", Some(draw.name()), "haloes.draw")?;
             config.haloes.draw = match draw {
                 DrawArg::Direct => Draw::Direct,
                 DrawArg::BruteForce => Draw::BruteForce,
@@ -159,6 +167,9 @@ impl Tracing {
     }
 }
 
+/// What is allowed for options of the draw beside a halo table.
+const WITHOUT_DRAW: &str = "left out beside --haloes, whose table is not drawn";
+
 /// One line of sight: configured, or through given haloes.
 #[derive(clap::Args)]
 pub struct Sight {
@@ -187,12 +198,25 @@ impl Sight {
         self.sightline.number
     }
 
+    /// Refuses a seed beside a halo table where nothing else is drawn: the lens, for its curves.
+    pub fn check_seed_matters(&self, config: &Config) -> Result<()> {
+        match self.settings.layers.seed {
+            Some(seed) if self.haloes.is_some() && !config.diagnostics.critical_curves => {
+                Err(Error::argument("--seed", seed.to_string(), WITHOUT_DRAW))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The resolved configuration, with the options laid over it.
     pub fn resolve(&self) -> Result<Config> {
         let mut config = self.settings.resolve()?;
         let layers = &self.settings.layers;
         let haloes = self.haloes.as_deref().map(|path| path.display());
         layers.check_once("--haloes", haloes, "haloes.catalogue")?;
+        if let (Some(draw), true) = (self.settings.draw, self.haloes.is_some()) {
+            return Err(Error::argument("--draw", draw.name(), WITHOUT_DRAW));
+        }
         config.haloes.catalogue = self.haloes.clone().or(config.haloes.catalogue);
         self.tracing.apply(&mut config);
         config.diagnostics.critical_curves |= self.curves;

@@ -113,7 +113,10 @@ impl Slots {
         if let Some(unknown) = given.keys().find(|key| parameters.iter().all(|own| own.name != key.as_str()))
         {
             let names: Vec<&str> = parameters.iter().map(|own| own.name).collect();
-            let allowed = format!("one of {}", names.join(", "));
+            let allowed = match names.as_slice() {
+                [] => format!("left out: {component} has no parameters"),
+                names => format!("one of {}", names.join(", ")),
+            };
             return Err(Error::out_of_range(&format!("parameter of {component}"), unknown, &allowed));
         }
         for parameter in parameters {

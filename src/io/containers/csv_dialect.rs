@@ -26,6 +26,13 @@ impl Ecsv {
     }
 }
 
+/// The first comment before the header that speaks of units.
+pub(super) fn comment_on_units(text: &str) -> Option<&str> {
+    let is_unit = |word: &str| ["unit", "units"].iter().any(|unit| word.eq_ignore_ascii_case(unit));
+    let mut comments = text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim);
+    comments.find(|comment| comment.split(|c: char| !c.is_alphanumeric()).any(is_unit))
+}
+
 /// True for the line by which spreadsheets tell each other the separator, `sep=;`.
 pub(super) fn states_separator(line: &str) -> bool {
     let line = line.trim_end_matches(['\r', '\n']);

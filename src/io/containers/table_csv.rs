@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::atomic_file::{check_writable, folder_of};
 use super::checkpoint_file::hash;
 use super::column::{Column, Values, is_exact};
-use super::csv_dialect::{Ecsv, Fields, flush_comments, separator, without_nameless};
+use super::csv_dialect::{Ecsv, Fields, comment_on_units, flush_comments, separator, without_nameless};
 use super::input_file;
 use super::manifest::Replace;
 use super::provenance::Provenance;
@@ -35,6 +35,12 @@ pub(super) fn read(path: &Path) -> Result<Table> {
     let Ok(text) = String::from_utf8(bytes) else { return fault("is not a CSV file: not UTF-8 text") };
     let text = flush_comments(text.trim_start_matches('\u{feff}'));
     let ecsv = Ecsv::of(path, &text)?;
+    if let (None, Some(comment)) = (&ecsv, comment_on_units(&text)) {
+        log::warn!(
+            "{}: its comment '{comment}' is not read; columns have the units that their names end in",
+            path.display()
+        );
+    }
     let separator = ecsv.as_ref().map_or_else(|| separator(&text), |ecsv| ecsv.separator);
     let fields = split(path, &text, separator)?;
     let (names, fields, line_of_row) = without_nameless(path, fields, separator)?;

@@ -49,18 +49,13 @@ pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<T
     let (groups, datasets) = reading::members(path, &root)?;
     let found = match choose(path, wanted, &groups, &datasets)? {
         Place::Records(records) => TableInHdf5::Records(Box::new(records.clone()), datasets),
-        Place::Root => TableInHdf5::Columns(datasets),
+        Place::Root => {
+            check_states_no_units(path, &root)?;
+            TableInHdf5::Columns(datasets)
+        }
         Place::Group(group) => {
+            check_states_no_units(path, group)?;
             let (groups, members) = reading::members(path, group)?;
-            let attributes = group.attributes().map_err(|error| reading::damaged(path, &error))?;
-            if let Some(unit) = attributes.iter().find(|attribute| is_unit(&attribute.name)) {
-                let problem = format!(
-                    "/{} has the attribute {}, but must state units dataset by dataset, each its own",
-                    group.name(),
-                    unit.name
-                );
-                return Err(Error::file(FileFault::Content, path, problem));
-            }
             match members.as_slice() {
                 [] if !groups.is_empty() => {
                     let names: Vec<&str> = groups.iter().map(Group::name).collect();
@@ -79,6 +74,20 @@ pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<T
         TableInHdf5::Records(records, _) => check_plain(path, records)?,
     }
     Ok(found)
+}
+
+/// Refuses units that a group states for its columns, under whatever name (`units`, `angle_unit`).
+fn check_states_no_units(path: &Path, group: &Group) -> Result<()> {
+    let attributes = group.attributes().map_err(|error| reading::damaged(path, &error))?;
+    let speaks_of_units = |name: &str| name.split(|c: char| !c.is_alphanumeric()).any(is_unit);
+    attributes.iter().find(|attribute| speaks_of_units(&attribute.name)).map_or(Ok(()), |unit| {
+        let problem = format!(
+            "/{} has the attribute {}, but must state units dataset by dataset, in an attribute unit of each",
+            group.name().trim_start_matches('/'),
+            unit.name
+        );
+        Err(Error::file(FileFault::Content, path, problem))
+    })
 }
 
 /// Where in a file the table is.
@@ -318,13 +327,15 @@ mod tests {
                 );
             }
         }
-        let (_folder, path) = foreign(&[("haloes/z", &[0.5])]);
-        let file = hdf5::File::open_rw(&path).unwrap();
-        file.group("haloes").unwrap().new_attr::<i32>().create("units").unwrap().write_scalar(&1).unwrap();
-        drop(file);
-        assert!(
-            fault(&path).contains("/haloes has the attribute units, but must state units dataset by dataset")
-        );
+        for (group, attribute) in [("haloes", "units"), ("haloes", "angle_unit"), ("", "Units")] {
+            let (_folder, path) = foreign(&[(&format!("{group}/z"), &[0.5])]);
+            let file = hdf5::File::open_rw(&path).unwrap();
+            let holder = file.group(&format!("/{group}")).unwrap();
+            holder.new_attr::<i32>().create(attribute).unwrap().write_scalar(&1).unwrap();
+            drop((holder, file));
+            let named = format!("/{group} has the attribute {attribute}, but must state units");
+            assert!(fault(&path).contains(&named), "{}", fault(&path));
+        }
     }
 
     #[test]
