@@ -56,17 +56,20 @@ impl RayBundle {
         if (1..=rays).contains(&theta_arcsec.len()) {
             return trace(theta_arcsec);
         }
-        let blocks: Result<Vec<Self>> = theta_arcsec.par_chunks(rays).map(trace).collect();
-        Ok(Self::concatenate(blocks?))
+        Self::joined(theta_arcsec.par_chunks(rays).map(trace).collect())
     }
 
-    /// Joins bundles in order.
-    pub fn concatenate(parts: Vec<Self>) -> Self {
-        parts.into_iter().fold(Self::default(), |mut all, part| {
-            all.beta_arcsec.extend(part.beta_arcsec);
-            all.jacobian.extend(part.jacobian);
-            all.second_per_arcsec.extend(part.second_per_arcsec);
-            all
+    /// Blocks one after another, or the first error. (Rayon gathers into a `Result` by way of lists; places of their own are
+    /// faster by a hundredth of a trace.)
+    fn joined(blocks: Vec<Result<Self>>) -> Result<Self> {
+        fn column<T: Copy>(blocks: &[RayBundle], of: impl Fn(&RayBundle) -> &[T]) -> Vec<T> {
+            blocks.iter().map(of).collect::<Vec<_>>().concat()
+        }
+        let blocks: Vec<Self> = blocks.into_iter().collect::<Result<_>>()?;
+        Ok(Self {
+            beta_arcsec: column(&blocks, |block| &block.beta_arcsec),
+            jacobian: column(&blocks, |block| &block.jacobian),
+            second_per_arcsec: column(&blocks, |block| &block.second_per_arcsec),
         })
     }
 }

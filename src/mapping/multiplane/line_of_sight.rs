@@ -268,8 +268,7 @@ impl LineOfSight {
             monitor.advance(x.len() as u64);
             Ok(rays.bundle::<ORDER>(x.len(), end, 1.0 / self.chi_source_cmpc))
         };
-        let blocks: Result<Vec<_>> = x.par_chunks(BLOCK).zip(slope.par_chunks(BLOCK)).map(block).collect();
-        Ok(RayBundle::concatenate(blocks?))
+        RayBundle::joined(x.par_chunks(BLOCK).zip(slope.par_chunks(BLOCK)).map(block).collect())
     }
 
     /// Comoving distance of a redshift on the line of sight, Mpc.
