@@ -82,7 +82,12 @@ impl ColourScale {
                 let at = |value| Some(start_pt + self.position(value)? * (end_pt - start_pt));
                 ticks::asinh((low, high), softening, at, direction)
             }
-            _ => Ticks::for_span(&Span { scale: self.scale(), low, high, start_pt, end_pt }, direction, 7),
+            _ => Ticks::for_span(
+                &Span { scale: self.scale(), low, high, start_pt, end_pt },
+                direction,
+                7,
+                false,
+            ),
         }
     }
 }

@@ -100,16 +100,14 @@ fn ticked(panel: &Panel, width: f64, height: f64) -> Placed<'_> {
     let [(x_low, x_high), (y_low, y_high)] = panel.limits();
     let x = Span { scale: panel.x.scale, low: x_low, high: x_high, start_pt: 0.0, end_pt: width };
     let y = Span { scale: panel.y.scale, low: y_low, high: y_high, start_pt: height, end_pt: 0.0 };
-    let mut x_ticks = Ticks::for_span(&x, Direction::Horizontal, panel.x.most_intervals);
     // Inner panels of a grid stand close to their neighbours.
-    if !panel.y.tick_labels {
-        x_ticks.keep_inside(&x);
-    }
+    let inside = !panel.y.tick_labels;
+    let x_ticks = Ticks::for_span(&x, Direction::Horizontal, panel.x.most_intervals, inside);
     Placed {
         panel,
         frame: Rect { x: 0.0, y: 0.0, width, height },
         x_ticks,
-        y_ticks: Ticks::for_span(&y, Direction::Vertical, panel.y.most_intervals),
+        y_ticks: Ticks::for_span(&y, Direction::Vertical, panel.y.most_intervals, false),
         x,
         y,
         left_pt: 0.0,

@@ -16,43 +16,60 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// The densest ticks, up to so many intervals, whose labels do not touch. Where there would not be two ticks, a few more
-    /// intervals, and if their labels touch every other one of them.
-    pub fn for_span(span: &Span, direction: Direction, most_intervals: usize) -> Self {
-        let of = |intervals| match span.scale {
-            Scale::Linear => linear(span.low, span.high, intervals),
-            Scale::Log => logarithmic(span.low, span.high, intervals),
+    /// The densest ticks, up to so many intervals, whose labels do not touch; if `inside`, none sticks out of the span.
+    ///
+    /// Where that leaves fewer than two labels: a few more intervals, if their labels touch every other one of them, at last
+    /// a power of ten taken out of the labels.
+    pub fn for_span(span: &Span, direction: Direction, most_intervals: usize, inside: bool) -> Self {
+        let of = |intervals, with_power| {
+            let mut ticks = match span.scale {
+                Scale::Linear => round_numbers(span.low, span.high, intervals, with_power),
+                Scale::Log => logarithmic(span.low, span.high, intervals),
+            };
+            if inside {
+                ticks.keep_inside(span);
+            }
+            ticks
         };
         let most = most_intervals.max(2);
         let fits = |ticks: &Ticks| ticks.fit(|value| span.at(value), direction);
-        let found = (2..=most).rev().map(of).find(fits).unwrap_or_else(|| of(1));
-        if found.major.len() >= 2 {
+        let serves = |ticks: &Ticks| ticks.labelled() >= 2 && fits(ticks);
+        let found = (2..=most).rev().map(|n| of(n, false)).find(fits).unwrap_or_else(|| of(1, false));
+        if found.labelled() >= 2 {
             return found;
         }
-        let labelled = |ticks: &Ticks| ticks.major.iter().filter(|(_, label)| !label.is_empty()).count();
-        let serves = |ticks: &Ticks| labelled(ticks) >= 2 && fits(ticks);
-        let more = (most + 1..=most + 4).map(of).find(serves);
-        let sparse = || (2..=most + 4).map(|intervals| of(intervals).every_other()).find(serves);
-        more.or_else(sparse).unwrap_or(found)
+        let others = [false, true].into_iter().flat_map(|with_power| {
+            let more = (most + 1..=most + 4).chain((2..=most).rev().filter(move |_| with_power));
+            let every_other =
+                move |with_zero| (2..=most + 4).map(move |n| of(n, with_power).every_other(with_zero));
+            more.map(move |n| of(n, with_power)).chain([true, false].into_iter().flat_map(every_other))
+        });
+        others.into_iter().find(serves).unwrap_or(found)
     }
 
-    /// The same with every other label blank; that of zero stays.
-    fn every_other(mut self) -> Self {
-        let kept = self.major.iter().position(|(value, _)| *value == 0.0).unwrap_or(0) % 2;
+    /// Number of ticks with a label.
+    fn labelled(&self) -> usize {
+        self.major.iter().filter(|(_, label)| !label.is_empty()).count()
+    }
+
+    /// The same with every other label blank; that of zero stays, or goes.
+    fn every_other(mut self, with_zero: bool) -> Self {
+        let zero = self.major.iter().position(|(value, _)| *value == 0.0).unwrap_or(0);
+        let kept = (zero + usize::from(!with_zero)) % 2;
         let others = self.major.iter_mut().enumerate().filter(|(i, _)| i % 2 != kept);
         others.for_each(|(_, (_, label))| label.clear());
         self
     }
 
     /// Blanks the labels that stick out of a horizontal span, as long as another one is left.
-    pub fn keep_inside(&mut self, span: &Span) {
+    fn keep_inside(&mut self, span: &Span) {
         let sticks_out = |value: f64, label: &str| {
             let (Some(middle), half) = (span.at(value), 0.5 * width_pt(label, SMALL_PT)) else {
                 return false;
             };
             middle - half < span.start_pt || middle + half > span.end_pt
         };
-        let mut left = self.major.iter().filter(|(_, label)| !label.is_empty()).count();
+        let mut left = self.labelled();
         for (value, label) in &mut self.major {
             if left > 1 && !label.is_empty() && sticks_out(*value, label) {
                 label.clear();
@@ -98,6 +115,11 @@ pub fn power_of_ten(exponent: i32) -> String {
 
 /// Ticks at multiples of 1, 2 or 5 × 10^n, at most `intervals` apart.
 pub fn linear(low: f64, high: f64, intervals: usize) -> Ticks {
+    round_numbers(low, high, intervals, false)
+}
+
+/// [`linear`]; a power of ten is taken out of labels that would be long, and of all `with_power`.
+fn round_numbers(low: f64, high: f64, intervals: usize, with_power: bool) -> Ticks {
     let raw = (high - low) / intervals as f64;
     let decade = 10f64.powf(raw.log10().floor());
     if !(decade.is_normal() && low.is_finite()) {
@@ -112,7 +134,7 @@ pub fn linear(low: f64, high: f64, intervals: usize) -> Ticks {
     let largest = low.abs().max(high.abs());
     let magnitude = largest.log10().floor() as i32;
     let decimals_plain = -(step * (1.0 + 1e-9)).log10().floor() as i32;
-    let exponent = if decimals_plain > 3 || magnitude > 4 { magnitude } else { 0 };
+    let exponent = if with_power || decimals_plain > 3 || magnitude > 4 { magnitude } else { 0 };
     let decimals = (decimals_plain + exponent).max(0) as usize;
     let label = |value: f64| {
         let text = format!("{:.decimals$}", value / 10f64.powi(exponent));
@@ -227,6 +249,17 @@ mod tests {
     }
 
     #[test]
+    fn a_narrow_panel_gets_two_labels_inside() {
+        let of = |end_pt| {
+            let span = Span { scale: Scale::Linear, low: -0.0105, high: 0.0095, start_pt: 0.0, end_pt };
+            Ticks::for_span(&span, Direction::Horizontal, 3, true)
+        };
+        let (wide, narrow) = (of(90.0), of(60.0));
+        assert_eq!((labels(&wide), wide.exponent), (vec!["", "−0.005", "", "0.005"], 0));
+        assert_eq!((labels(&narrow), narrow.exponent), (vec!["", "−0.5", "", "0.5"], -2));
+    }
+
+    #[test]
     fn small_and_large_numbers_move_their_power_into_the_label() {
         let ticks = linear(-2.3e-4, 2.3e-4, 5);
         assert_eq!((labels(&ticks), ticks.exponent), (vec!["−2", "−1", "0", "1", "2"], -4));
@@ -262,7 +295,7 @@ mod tests {
                 [(Scale::Linear, -1.8, 1.8), (Scale::Log, 1e-6, 1e3), (Scale::Linear, 0.0, 12345.0)]
             {
                 let span = Span { scale, low, high, start_pt: 0.0, end_pt: length_pt };
-                let ticks = Ticks::for_span(&span, Direction::Horizontal, 7);
+                let ticks = Ticks::for_span(&span, Direction::Horizontal, 7, false);
                 assert!(ticks.fit(|v| span.at(v), Direction::Horizontal), "{length_pt} {scale:?}");
                 assert!(ticks.major.iter().all(|(value, _)| span.at(*value).is_some()));
             }
@@ -273,7 +306,7 @@ mod tests {
     fn a_span_between_two_coarse_ticks_has_finer_ones() {
         for (low, high) in [(0.0058, 0.0099), (-0.0085, 0.0065), (1.23451, 1.23459)] {
             let span = Span { scale: Scale::Linear, low, high, start_pt: 0.0, end_pt: 100.0 };
-            let ticks = Ticks::for_span(&span, Direction::Vertical, 2);
+            let ticks = Ticks::for_span(&span, Direction::Vertical, 2, false);
             assert!((2..=4).contains(&ticks.major.len()), "{low}: {ticks:?}");
         }
     }

@@ -6,15 +6,15 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cd "$scratch"
 
-"$haloray" simulate --quiet -o plain
-"$haloray" simulate --curves --format svg --quiet -o run
-"$haloray" ensemble -n 200 --set haloes.min_point_shear=1e-5 --preset consistent --format svg --quiet -o ensemble
-"$haloray" images "$root/examples/point_source/model.json" --source 0.1,0.05 --format svg --quiet -o lens
-"$haloray" mock -n 9 --format svg --quiet -o mock
+"$haloray" simulate --style paper --quiet -o plain
+"$haloray" simulate --curves --format svg --style paper --quiet -o run
+"$haloray" ensemble -n 200 --set haloes.min_point_shear=1e-5 --preset consistent --format svg --style paper --quiet -o ensemble
+"$haloray" images "$root/examples/point_source/model.json" --source 0.1,0.05 --format svg --style paper --quiet -o lens
+"$haloray" mock -n 9 --format svg --style paper --quiet -o mock
 cp "$root"/examples/cutout/* .
 "$python" stand_in.py
 "$python" prepare.py
-"$haloray" fit cutout.fits --model lens.toml --format svg --quiet -o fit
+"$haloray" fit cutout.fits --model lens.toml --format svg --style paper --quiet -o fit
 
 gallery=$root/docs/figures/gallery
 mkdir -p "$gallery"
