@@ -23,7 +23,7 @@ const FINE_LANES: usize = FINE_NODES.next_multiple_of(8);
 const COARSE_LANES: usize = ROW_NODES.next_multiple_of(8);
 
 /// x and y of the kick at each node.
-type Kicks<const N: usize> = [[f64; N]; 2];
+type AtNodes<const N: usize> = [[f64; N]; 2];
 
 /// Nodes of the square of half side 1, lanes beyond the last node repeat it; and those of them at corners and in the middles of sides.
 struct Nodes<const N: usize> {
@@ -44,7 +44,7 @@ impl<const N: usize> Nodes<N> {
 
     /// What a halo does at the nodes beyond its linear part; the largest of that, and the largest kick without its sheet.
     #[inline(always)]
-    fn beyond_linear(&self, plane: &Plane, at: &Middle, kicks: &mut Kicks<N>) -> [f64; 2] {
+    fn beyond_linear(&self, plane: &Plane, at: &Middle, kicks: &mut AtNodes<N>) -> [f64; 2] {
         let (mut offsets, mut theta) = ([[0.0; N]; 2], [[0.0; N]; 2]);
         for c in 0..2 {
             for i in 0..N {
@@ -57,7 +57,7 @@ impl<const N: usize> Nodes<N> {
             kicks[1][i] = kick.f_alpha_arcsec[1];
         });
         // hypot would take longer than all the rest.
-        let largest = |[x, y]: &Kicks<N>, per: f64| {
+        let largest = |[x, y]: &AtNodes<N>, per: f64| {
             let square =
                 |i: &usize| (x[*i] + per * theta[0][*i]).powi(2) + (y[*i] + per * theta[1][*i]).powi(2);
             self.edge.iter().map(square).fold(0.0, f64::max).sqrt()
@@ -119,7 +119,6 @@ pub(super) fn gather(planes: &[Plane], met: &[State], bundle: &Bundle, step: f64
     let (first, length) = (first.chi_cmpc, last.chi_cmpc - first.chi_cmpc);
     let steps = ((length / step).ceil() as usize).max(STENCIL - 1);
     let distance = |node: usize| first + length * node as f64 / steps as f64;
-    let stencil = |k: usize| k.saturating_sub(1).min(steps + 1 - STENCIL);
     let ends: Vec<usize> = (0..=steps)
         .map(|k| match k {
             0 => 0,
@@ -135,14 +134,15 @@ pub(super) fn gather(planes: &[Plane], met: &[State], bundle: &Bundle, step: f64
         .into_par_iter()
         .map(|k| {
             let own = ends[k]..ends[k + 1];
-            let mut part = Gathering::empty(std::array::from_fn(|n| distance(stencil(k) + n)));
+            let first = k.saturating_sub(1).min(steps + 1 - STENCIL);
+            let mut part = Gathering::empty(first, |n| distance(first + n));
             add(&mut part, &planes[own.clone()], &met[own], (bundle, &fine, &coarse), bounds);
             part
         })
         .collect();
     let mut sums = vec![([[0.0; 2]; FINE_NODES], [[0.0; 2]; ROW_NODES]); steps + 1];
-    for (k, part) in parts.iter().enumerate() {
-        for ((fine, coarse), (own_fine, own_coarse)) in sums[stencil(k)..].iter_mut().zip(&part.kicks) {
+    for part in &parts {
+        for ((fine, coarse), (own_fine, own_coarse)) in sums[part.first..].iter_mut().zip(&part.kicks) {
             fine.iter_mut().enumerate().for_each(|(i, sum)| (0..2).for_each(|c| sum[c] += own_fine[c][i]));
             coarse
                 .iter_mut()
@@ -176,17 +176,24 @@ pub(super) fn gather(planes: &[Plane], met: &[State], bundle: &Bundle, step: f64
 
 /// What the haloes between two neighbouring distances leave at the four about them.
 struct Gathering {
+    /// Which of all distances is the first of the four.
+    first: usize,
     distances: [f64; STENCIL],
     /// Kicks at the nodes less their linear part, of haloes that need the finer grid and of those that do not.
-    kicks: Vec<(Kicks<FINE_LANES>, Kicks<COARSE_LANES>)>,
+    kicks: Vec<(AtNodes<FINE_LANES>, AtNodes<COARSE_LANES>)>,
     /// Of each halo its linear part, where it is smooth.
     linear: Vec<Option<[f64; 3]>>,
 }
 
 impl Gathering {
-    fn empty(distances: [f64; STENCIL]) -> Self {
+    fn empty(first: usize, distance: impl Fn(usize) -> f64) -> Self {
         let nothing = ([[0.0; FINE_LANES]; 2], [[0.0; COARSE_LANES]; 2]);
-        Self { distances, kicks: vec![nothing; STENCIL], linear: Vec::new() }
+        Self {
+            first,
+            distances: std::array::from_fn(distance),
+            kicks: vec![nothing; STENCIL],
+            linear: Vec::new(),
+        }
     }
 
     /// Weights of the cubic through the four distances at another one.
@@ -200,7 +207,7 @@ impl Gathering {
 }
 
 #[inline(always)]
-fn accumulate<const N: usize>(sums: &mut Kicks<N>, weight: f64, kicks: &Kicks<N>) {
+fn accumulate<const N: usize>(sums: &mut AtNodes<N>, weight: f64, kicks: &AtNodes<N>) {
     for c in 0..2 {
         for i in 0..N {
             sums[c][i] += weight * kicks[c][i];
