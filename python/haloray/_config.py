@@ -74,6 +74,8 @@ def _resolve(config: Any, preset: str) -> Config:
         return Config.of_file(preset, None)
     if isinstance(config, str) and config in PRESETS:
         return Config.of_file(config, None)
+    if isinstance(config, str) and config.isalpha() and not os.path.exists(config):
+        raise refuse("config", config, f"{' or '.join(map(repr, PRESETS))}, the path of a TOML file or a dictionary")
     if isinstance(config, (str, os.PathLike)):
         return Config.of_file(preset, path_of("config", cast("object", config)))
     if isinstance(config, Mapping):

@@ -182,6 +182,10 @@ def read(path: str | os.PathLike[str]) -> Any:
         return Run(groups, of_toml(toml), name, attributes, units)
     if suffix in (".fits", ".fit", ".fz"):
         return Observation.read(name)
+    if not os.path.exists(name):
+        raise MissingFileError(f"cannot read {name}: no such file or folder")
+    if os.path.isdir(name):
+        raise InputError(f"{name} is a folder, but must be one of its files, such as run.h5, posterior.nc, image.fits")
     raise InputError(f"{name} is no .nc, .h5 or .fits file; tables of haloes are read by Haloes.read")
 
 

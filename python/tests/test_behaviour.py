@@ -322,3 +322,12 @@ def test_threads_are_not_those_of_the_interpreter():
     stop.set()
     other.join()
     assert len(ticks) > 3 and os.getpid() > 0
+
+
+def test_names_that_lead_nowhere_are_told_apart(tmp_path):
+    with pytest.raises(hr.InputError, match="config is 'consistant', but must be 'paper' or 'consistent'"):
+        hr.populate("consistant")
+    with pytest.raises(hr.MissingFileError, match="no such file or folder"):
+        hr.open_run(tmp_path / "nope")
+    with pytest.raises(hr.InputError, match="is a folder, but must be one of its files"):
+        hr.read(tmp_path)

@@ -232,7 +232,9 @@ fn quiet_commands_print_nothing() {
 #[test]
 fn help_teaches_by_example_and_names_units() {
     let folder = folder();
-    assert_eq!(succeeds(&folder, "--version"), format!("haloray {}\n", env!("CARGO_PKG_VERSION")));
+    let version = format!("haloray {}", env!("CARGO_PKG_VERSION"));
+    assert_eq!(succeeds(&folder, "-V"), version.clone() + "\n");
+    assert_eq!(succeeds(&folder, "--version"), format!("{version} ({})\n", env!("HALORAY_GIT_REVISION")));
     assert!(succeeds(&folder, "--help").contains("haloray simulate -o run"));
     for (command, wanted) in [
         ("simulate", "--seed"),

@@ -61,6 +61,7 @@ static ALLOCATOR: MiMalloc = MiMalloc;
 #[command(
     name = "haloray",
     version,
+    long_version = concat!(env!("CARGO_PKG_VERSION"), " (", env!("HALORAY_GIT_REVISION"), ")"),
     max_term_width = 110,
     after_help = "Start with:  haloray simulate -o run\n\
                   Exit codes:  0 done, 1 the run failed, 2 bad input (nothing was written), 130 and 143 stopped by Ctrl-C, SIGTERM."

@@ -48,6 +48,9 @@ fn counts(text: &mut String, run: &Simulation, summary: &Summary, name: &str) ->
     if summary.number_excluded_by_kappa > 0 {
         writeln!(text, "             {} left out by haloes.max_kappa", summary.number_excluded_by_kappa)?;
     }
+    if summary.number_kept == 0 {
+        writeln!(text, "warning      no halo is left: see haloes.min_point_shear and haloes.max_kappa")?;
+    }
     if summary.number_above_kappa_warning > 0 {
         writeln!(
             text,

@@ -278,6 +278,9 @@ fn warnings(summary: &Value) -> Vec<String> {
     if is_false("converged") && !is_told(&warnings, "not converged") {
         warnings.push("Not converged: R-hat is above 1.01 or ESS below 400 for some quantity.".into());
     }
+    if at(summary, "number_kept").and_then(Value::as_f64) == Some(0.0) {
+        warnings.push("No halo is left: see haloes.min_point_shear and haloes.max_kappa.".into());
+    }
     if let Some(count) = count("number_above_kappa_warning") {
         warnings.push(format!(
             "Haloes of large κ_h on the axis: {} above diagnostics.kappa_warning; haloes.max_kappa leaves such haloes out.",
@@ -325,6 +328,13 @@ mod tests {
         let row: Vec<&str> = numbers.tables[0].rows[0].iter().map(|cell| cell.text.as_str()).collect();
         assert_eq!(row, ["gamma1_los", "", "−0.012000", "−0.020000", "−0.0040000", "1"]);
         assert!(numbers.tables[1].rows.iter().any(|row| row[3].text == "amplitudes"));
+    }
+
+    #[test]
+    fn a_line_of_sight_without_haloes_is_warned_of() {
+        let warnings = |kept: f64| Numbers::of(&serde_json::json!({"number_kept": kept})).warnings;
+        assert_eq!(warnings(0.0), ["No halo is left: see haloes.min_point_shear and haloes.max_kappa."]);
+        assert!(warnings(1.0).is_empty());
     }
 
     #[test]
