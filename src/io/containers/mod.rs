@@ -8,6 +8,7 @@ mod column;
 mod csv_dialect;
 mod figure_files;
 pub(super) mod fits_file;
+mod hdf5_attributes;
 pub(super) mod hdf5_objects;
 pub(super) mod hdf5_reading;
 mod input_file;

@@ -9,6 +9,7 @@ use hdf5_reader::{Dataset, Datatype, Hdf5File};
 use super::astropy_meta;
 use super::attribute::AttributeValue;
 use super::column::{Column, Values};
+use super::hdf5_attributes::{check_not_packed, check_states_no_units, stated_units};
 use super::hdf5_objects as objects;
 use super::hdf5_reading as reading;
 use super::provenance::Provenance;
@@ -74,20 +75,6 @@ pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<T
         TableInHdf5::Records(records, _) => check_plain(path, records)?,
     }
     Ok(found)
-}
-
-/// Refuses units that a group states for its columns, under whatever name (`units`, `angle_unit`).
-fn check_states_no_units(path: &Path, group: &Group) -> Result<()> {
-    let attributes = group.attributes().map_err(|error| reading::damaged(path, &error))?;
-    let speaks_of_units = |name: &str| name.split(|c: char| !c.is_alphanumeric()).any(is_unit);
-    attributes.iter().find(|attribute| speaks_of_units(&attribute.name)).map_or(Ok(()), |unit| {
-        let problem = format!(
-            "/{} has the attribute {}, but must state units dataset by dataset, in an attribute unit of each",
-            group.name().trim_start_matches('/'),
-            unit.name
-        );
-        Err(Error::file(FileFault::Content, path, problem))
-    })
 }
 
 /// Where in a file the table is.
@@ -188,53 +175,17 @@ pub(super) fn record_units(
     Ok(names.iter().map(|name| units.remove(*name).flatten()).collect())
 }
 
+fn check_plain(path: &Path, dataset: &Dataset) -> Result<()> {
+    check_one_dimension(path, dataset)?;
+    check_not_packed(path, dataset)
+}
+
 fn check_one_dimension(path: &Path, dataset: &Dataset) -> Result<()> {
     if dataset.ndim() == 1 {
         return Ok(());
     }
     let problem = format!("has shape {:?}; a column has one dimension", dataset.shape());
     Err(Error::table(path, format!("column {}", dataset.name()), problem))
-}
-
-fn is_unit(attribute: &str) -> bool {
-    ["unit", "units"].iter().any(|unit| attribute.eq_ignore_ascii_case(unit))
-}
-
-/// Refuses values of several dimensions, and those that are packed by a rule of netCDF, which its readers undo: a factor, an
-/// offset, a number that stands for none.
-fn check_plain(path: &Path, dataset: &Dataset) -> Result<()> {
-    check_one_dimension(path, dataset)?;
-    for attribute in dataset.attributes() {
-        let allowed = match attribute.name.as_str() {
-            "scale_factor" => [1.0, 1.0],
-            "add_offset" => [0.0, 0.0],
-            "_FillValue" | "missing_value" => [f64::NAN, f64::NEG_INFINITY],
-            _ => continue,
-        };
-        let value = attribute.read_as_f64().ok();
-        if value.is_none_or(|value| !value.is_nan() && !allowed.contains(&value)) {
-            let value = value.map_or_else(|| "no number".into(), |value| value.to_string());
-            let problem = format!(
-                "has the attribute {} ({value}): packed by netCDF's rules, which are not followed; write the values themselves",
-                attribute.name
-            );
-            return Err(Error::table(path, format!("column {}", dataset.name()), problem));
-        }
-    }
-    Ok(())
-}
-
-/// What the attributes `unit` and `units` say, without what is said twice.
-fn stated_units(path: &Path, dataset: &Dataset) -> Result<Vec<String>> {
-    let attributes = dataset.attributes();
-    let mut stated: Vec<Vec<String>> = Vec::new();
-    for attribute in attributes.iter().filter(|attribute| is_unit(&attribute.name)) {
-        let texts = reading::attribute_texts(path, attribute)?;
-        if texts.iter().any(|text| !text.trim().is_empty()) && !stated.contains(&texts) {
-            stated.push(texts);
-        }
-    }
-    Ok(stated.concat())
 }
 
 /// Writes the table into a new file at `path`.

@@ -1,0 +1,63 @@
+//! What attributes of foreign HDF5 tables say of their columns: units, and values that are packed.
+
+use std::path::Path;
+
+use hdf5_reader::Dataset;
+use hdf5_reader::group::Group;
+
+use super::hdf5_reading as reading;
+use crate::error::{Error, FileFault, Result};
+
+/// Refuses units that a group states for its columns, under whatever name (`units`, `angle_unit`).
+pub(super) fn check_states_no_units(path: &Path, group: &Group) -> Result<()> {
+    let attributes = group.attributes().map_err(|error| reading::damaged(path, &error))?;
+    let speaks_of_units = |name: &str| name.split(|c: char| !c.is_alphanumeric()).any(is_unit);
+    attributes.iter().find(|attribute| speaks_of_units(&attribute.name)).map_or(Ok(()), |unit| {
+        let problem = format!(
+            "/{} has the attribute {}, but must state units dataset by dataset, in an attribute unit of each",
+            group.name().trim_start_matches('/'),
+            unit.name
+        );
+        Err(Error::file(FileFault::Content, path, problem))
+    })
+}
+
+/// Refuses values that are packed by a rule of netCDF, which its readers undo: a factor, an offset, a number that stands for
+/// none.
+pub(super) fn check_not_packed(path: &Path, dataset: &Dataset) -> Result<()> {
+    for attribute in dataset.attributes() {
+        let allowed = match attribute.name.as_str() {
+            "scale_factor" => [1.0, 1.0],
+            "add_offset" => [0.0, 0.0],
+            "_FillValue" | "missing_value" => [f64::NAN, f64::NEG_INFINITY],
+            _ => continue,
+        };
+        let value = attribute.read_as_f64().ok();
+        if value.is_none_or(|value| !value.is_nan() && !allowed.contains(&value)) {
+            let value = value.map_or_else(|| "no number".into(), |value| value.to_string());
+            let problem = format!(
+                "has the attribute {} ({value}): packed by netCDF's rules, which are not followed; write the values themselves",
+                attribute.name
+            );
+            return Err(Error::table(path, format!("column {}", dataset.name()), problem));
+        }
+    }
+    Ok(())
+}
+
+/// What the attributes `unit` and `units` say, without what is said twice.
+pub(super) fn stated_units(path: &Path, dataset: &Dataset) -> Result<Vec<String>> {
+    let attributes = dataset.attributes();
+    let mut stated: Vec<Vec<String>> = Vec::new();
+    for attribute in attributes.iter().filter(|attribute| is_unit(&attribute.name)) {
+        let texts = reading::attribute_texts(path, attribute)?;
+        if texts.iter().any(|text| !text.trim().is_empty()) && !stated.contains(&texts) {
+            stated.push(texts);
+        }
+    }
+    Ok(stated.concat())
+}
+
+fn is_unit(attribute: &str) -> bool {
+    ["unit", "units"].iter().any(|unit| attribute.eq_ignore_ascii_case(unit))
+}
