@@ -332,7 +332,8 @@ def _names(profile: object) -> list[str]:
     """Names of parameters, no single one: its letters are no names."""
     if isinstance(profile, str) or not isinstance(profile, Sequence):
         raise refuse("profile", profile, "a sequence of names of free parameters")
-    return [expect("profile", name, str, "a parameter's name") for name in profile]
+    names = cast("Sequence[object]", profile)
+    return [expect("profile", name, str, "a parameter's name") for name in names]
 
 
 def fit_of(found: dict[str, Any]) -> Fit:

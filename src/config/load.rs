@@ -101,7 +101,7 @@ pub fn resolve(preset: Preset, path: &Path, text: &str, assigned: &str) -> Resul
     let unreadable = |error: toml::de::Error| Error::Toml {
         path: path.into(),
         at: error.span().and_then(|span| line_and_column(text, span.start)),
-        problem: plain_words(&error),
+        problem: plain_words(&error, preset.toml()),
     };
     let user = DeTable::parse(text).map_err(unreadable)?;
     // What a resolved configuration leaves out is left out on purpose: it stands alone.
@@ -160,7 +160,11 @@ fn parse_assigned(preset: Preset, assigned: &str) -> Result<Spanned<DeTable<'_>>
         let before = error.span().and_then(|span| assigned.get(..span.start));
         let line =
             assigned.lines().nth(before.map_or(0, |text| text.matches('\n').count())).unwrap_or(assigned);
-        Error::Toml { path: format!("--set {line}").into(), at: None, problem: plain_words(&error) }
+        Error::Toml {
+            path: format!("--set {line}").into(),
+            at: None,
+            problem: plain_words(&error, preset.toml()),
+        }
     };
     let set = DeTable::parse(assigned).map_err(unreadable)?;
     let mut alone = DeTable::parse(preset.toml()).map_err(unreadable)?;
@@ -222,6 +226,21 @@ mod tests {
             text.contains("line 3") && text.contains("radius_mpc") && text.contains("radius_cmpc"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn what_a_misspelt_or_misplaced_key_was_to_be_is_said() {
+        for (text, expected) in [
+            ("[haloes]\nmin_point_sheer = 1e-5\n", Some("did you mean `min_point_shear`?")),
+            ("min_point_shear = 1e-5\n", Some("did you mean `haloes.min_point_shear`?")),
+            ("[halos]\ndraw = \"direct\"\n", Some("did you mean `haloes`?")),
+            ("[haloes]\ndraw = \"brute_force\"\n", Some("did you mean `brute-force`?")),
+            ("[haloes]\nwisdom = 1\n", None),
+        ] {
+            let said = message(text);
+            assert_eq!(said.split_once("did you").map(|_| ()), expected.map(|_| ()), "{said}");
+            assert!(said.contains(expected.unwrap_or("unknown field `wisdom`")), "{said}");
+        }
     }
 
     #[test]

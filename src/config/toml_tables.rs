@@ -62,9 +62,14 @@ fn replaced_by(key: &str, value: &DeValue) -> &'static [&'static str] {
     if is_plain || TRUNCATIONS.contains(&key) { TRUNCATIONS } else { &[] }
 }
 
-/// The message of serde without the names of Rust's types.
-pub(super) fn plain_words(error: &toml::de::Error) -> String {
+/// The message of serde without the names of Rust's types, with the key or name that a misspelt one was to be.
+///
+/// `preset` says in which section a key belongs that stands in a wrong one.
+pub(super) fn plain_words(error: &toml::de::Error, preset: &str) -> String {
     let mut message = error.message().trim().replace('\n', "; ");
+    if let Some(meant) = meant(&message, preset) {
+        message = format!("did you mean `{meant}`? {message}");
+    }
     if let Some((before, _)) = message.split_once("expected struct ") {
         message = format!("{before}expected a section with keys");
     }
@@ -77,6 +82,22 @@ pub(super) fn plain_words(error: &toml::de::Error) -> String {
         message = message.replace(ours, plain);
     }
     message
+}
+
+/// What was meant, of a message as "unknown field `a`, expected one of `b`, `c`": a key of that name in another section,
+/// or the likest of those that are expected.
+fn meant(message: &str, preset: &str) -> Option<String> {
+    let is_key = message.starts_with("unknown field");
+    let mut quoted = message.strip_prefix("unknown ")?.split('`').skip(1).step_by(2);
+    let unknown = quoted.next()?;
+    let elsewhere = DeTable::parse(preset).ok().filter(|_| is_key).and_then(|preset| {
+        let holds_it = |section: &DeValue| section.as_table().is_some_and(|keys| keys.contains_key(unknown));
+        let (section, _) = preset.get_ref().iter().find(|(_, value)| holds_it(value.get_ref()))?;
+        Some(format!("{}.{unknown}", section.get_ref()))
+    });
+    let likeness = |name: &str| strsim::normalized_damerau_levenshtein(unknown, name);
+    let likest = quoted.max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    elsewhere.or_else(|| likest.filter(|name| likeness(name) > 0.6).map(String::from))
 }
 
 /// Where the value of a dotted key, or the innermost section that holds it, begins in the user's text.

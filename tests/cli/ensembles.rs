@@ -231,7 +231,8 @@ fn a_job_array_of_slurm_ends_with_the_bytes_of_one_process() {
     }
     let ensemble = "ensemble small.toml -n 3 --first 1 --lenses lenses.csv --set seed=5";
     succeeds(&folder, &format!("{ensemble} -o alone --quiet"));
-    let job = format!("{ensemble} --submit slurm --shards 4 --partition long --memory 1G -o many");
+    let job =
+        format!("{ensemble} --submit slurm --shards 4 --partition long --time 2-12:00 --memory 1G -o many");
     let written = on_cluster(&format!("{job} --no-submit"));
     assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
     assert!(!folder.path("tools/submitted").exists() && !folder.path("many").exists());
@@ -243,7 +244,10 @@ fn a_job_array_of_slurm_ends_with_the_bytes_of_one_process() {
     assert!(asked.contains("--dependency=afterok:41"), "{asked}");
     assert_same_files(&folder, "alone", "many");
     let script = std::fs::read_to_string(folder.path("many.parts/array.sh")).unwrap();
-    assert!(script.contains("\n#SBATCH --partition=long\n#SBATCH --mem=1G\n"), "{script}");
+    assert!(
+        script.contains("\n#SBATCH --partition=long\n#SBATCH --time=2-12:00\n#SBATCH --mem=1G\n"),
+        "{script}"
+    );
     let status = on_cluster("status many.parts");
     let told = String::from_utf8(status.stdout).unwrap();
     assert!(told.contains("4 parts: 6 of 6 sightlines\nqueue: 1 pending, 2 running\n"), "{told}");

@@ -298,11 +298,11 @@ fn options_outside_their_domain_are_refused_by_name() {
         ("--z-source 1.5 --from-z 0.4 --to-z 0.3", "--from-z is 0.4, but must be above 0 and below"),
         ("--z-source 1.5 --accuracy nonsense", "'nonsense' for '--accuracy <exact|ARCSEC>': must be `exact`"),
         ("--z-source 1.5 --accuracy -1", "'-1' for '--accuracy <exact|ARCSEC>': must be `exact`"),
-        ("--z-source 1.5 --order 3", "'3' for '--order <0|1|2>': 3 is not in 0..=2"),
+        ("--z-source 1.5 --order 3", "'3' for '--order <0|1|2>': must be a whole number from 0 to 2"),
         ("--z-source 1.5 --sheets mean-density", "[possible values: on-axis, none]"),
         ("--z-source 1.5 --omega-m 2", "--omega-m is 2, but must be above 0 and at most 1"),
         ("--z-source 1.5 --h0-km-s-mpc -70", "--h0-km-s-mpc is -70, but must be from 10 to 1000"),
-        ("--z-source 1.5 --threads 0", "'0' for '--threads <N>': 0 is not in 1..=1024"),
+        ("--z-source 1.5 --threads 0", "'0' for '--threads <N>': must be a whole number from 1 to 1024"),
         ("", "--z-source <Z>"),
     ] {
         refuses(&folder, &TRACE.replace("--z-source 1.5", option), &[wanted, "hint: `--help`"]);
@@ -312,8 +312,18 @@ fn options_outside_their_domain_are_refused_by_name() {
         ("populate --seed 99999999999999999999 -o a.csv", "must be a whole number from 0 to 92233"),
         ("simulate --preset mine -o run", "[possible values: paper, consistent]"),
         ("simulate", "--output <DIR>"),
-        ("map --grid-points 1 -o maps", "1 is not in 2..=2048"),
+        ("map --grid-points 1 -o maps", "must be a whole number from 2 to 2048"),
         ("map --half-width-arcsec -1 -o maps", "--half-width-arcsec is -1, but must be positive"),
+        (
+            "ensemble -n 1e4 -o many",
+            "'1e4' for '--number <N>': must be a whole number from 1 to 1099511627775, in digits",
+        ),
+        (
+            "ensemble -n 4 --submit slurm --time 1h -o many",
+            "'1h' for '--time <D-HH:MM>': must be minutes, or a time",
+        ),
+        ("ensemble -n 4 --submit slurm --time 1-2:3:4:5 -o many", "must be minutes, or a time"),
+        ("ensemble -n 4 --submit slurm --memory 1x -o many", "must be a whole number with K, M, G or T"),
         ("completions tcsh", "[possible values: bash, elvish, fish, powershell, zsh]"),
         ("observe", "unrecognized subcommand 'observe'"),
     ] {

@@ -16,6 +16,7 @@ use crate::output::{begin, finish_study};
 use crate::record::{option, record, value_name};
 use crate::sampling::SamplerArg;
 use crate::saved::SavedRows;
+use crate::settings::whole;
 
 /// The model that is drawn from when no other is asked for.
 const MODEL: &str = "calibration";
@@ -32,7 +33,7 @@ const MODEL: &str = "calibration";
 )]
 pub struct CalibrationArgs {
     /// Number of systems.
-    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 200, value_parser = whole::<u32>(2..=1_000_000))]
     number: u32,
     /// Seed of systems, noise and sampling.
     #[arg(long, default_value_t = 1, value_name = "N")]
@@ -43,7 +44,7 @@ pub struct CalibrationArgs {
     #[arg(long, value_name = "NAME|FILE.toml", default_value = MODEL)]
     model: String,
     /// Pixels of 0.2 arcsec along each side of the images; 17, for `comprehensive` 31, when left out.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(5..=1000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(5..=1000))]
     pixels: Option<u16>,
     /// How to sample.
     #[arg(long, value_enum, default_value_t = SamplerArg::Valley)]

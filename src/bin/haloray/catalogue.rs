@@ -23,6 +23,7 @@ use crate::models::{description, toml_of};
 use crate::output::{begin, commit, one_of_a_name, print_files};
 use crate::record::{file_name, flag, option, record, value_name};
 use crate::sampling::{SamplerArg, SamplingArg, limited};
+use crate::settings::whole;
 use crate::terminal::{print, warn};
 
 /// How well γ_LOS is measured: every image of a catalogue fitted with every model (section 3, Table 2).
@@ -47,7 +48,7 @@ pub struct CatalogueArgs {
     )]
     models: Vec<String>,
     /// Fit only the first N images of the table.
-    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=u64::MAX))]
     first: Option<usize>,
     /// How pixels are integrated, instead of the models' (`point`): as the images were made.
     #[arg(long, value_enum)]
@@ -59,7 +60,7 @@ pub struct CatalogueArgs {
     #[arg(long, value_enum, default_value_t = SamplerArg::Valley)]
     sampler: SamplerArg,
     /// Draws of a chain or walker after which a fit stops, converged or not.
-    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(4..))]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(4..=u64::MAX))]
     max_draws: Option<usize>,
     /// Seed of starts and sampling.
     #[arg(long, default_value_t = 1, value_name = "N")]

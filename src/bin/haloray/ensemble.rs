@@ -15,7 +15,7 @@ use haloray::{Error, Result};
 use crate::bars::Bars;
 use crate::output::{begin, commit, print_files};
 use crate::saved::hidden_beside;
-use crate::settings::{Settings, Tracing, check_many, provenance, psf, with_named_files};
+use crate::settings::{Settings, Tracing, check_many, provenance, psf, whole, with_named_files};
 use crate::slurm;
 use crate::terminal::{print, warn};
 
@@ -48,7 +48,7 @@ pub struct Args {
         value_name = "N",
         required_unless_present = "sightline"
     )]
-    #[arg(value_parser = clap::value_parser!(u64).range(1..1 << 40))]
+    #[arg(value_parser = whole::<u64>(1..=(1 << 40) - 1))]
     number: Option<u64>,
     /// Table of lenses: columns z_lens, z_source, optionally einstein_radius_arcsec and name.
     #[arg(long, value_name = "FILE")]
@@ -63,11 +63,11 @@ pub struct Args {
     #[arg(long, value_name = "ARCSEC,…", value_delimiter = ',')]
     smoothing: Vec<f64>,
     /// Number of the first sightline.
-    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..1 << 40))]
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole::<u64>(0..=(1 << 40) - 1))]
     first: u64,
     /// Sightline K alone, as it stands in every ensemble of more than K of them.
     #[arg(long, value_name = "K", conflicts_with_all = ["number", "first", "shard"])]
-    #[arg(value_parser = clap::value_parser!(u64).range(..1 << 40))]
+    #[arg(value_parser = whole::<u64>(0..=(1 << 40) - 1))]
     sightline: Option<u64>,
     /// Part I of K of the ensemble; `haloray merge` puts the parts together.
     #[arg(long, value_name = "I/K", default_value_t = Shard::WHOLE)]

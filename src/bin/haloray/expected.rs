@@ -15,7 +15,7 @@ use crate::bars::Bars;
 use crate::ensemble::{computed, distinct};
 use crate::output::{begin, finish_study};
 use crate::record::{configured, option};
-use crate::settings::{Settings, Tracing, check_many, provenance};
+use crate::settings::{Settings, Tracing, check_many, provenance, whole};
 use crate::terminal::warn;
 
 /// Which shear of the line of sight is to be expected for each lens of a table, and what smoothing hides of it.
@@ -40,7 +40,7 @@ pub struct ExpectedArgs {
     lenses: PathBuf,
     /// Sightlines of each lens.
     #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 1000)]
-    #[arg(value_parser = clap::value_parser!(u64).range(2..1 << 30))]
+    #[arg(value_parser = whole::<u64>(2..=(1 << 30) - 1))]
     number: u64,
     /// Radii of the discs over which γ_LOS is averaged.
     #[arg(long, value_name = "ARCSEC,…", value_delimiter = ',', default_value = "10,30,60")]

@@ -10,7 +10,7 @@ use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::output::{begin, commit, print_files};
-use crate::settings::{Layers, provenance};
+use crate::settings::{Layers, provenance, whole};
 use crate::summary::counted;
 use crate::terminal::{print, warn};
 
@@ -34,10 +34,10 @@ pub struct Args {
     #[arg(value_name = "LIGHTCONE")]
     files: Vec<PathBuf>,
     /// Sightlines.
-    #[arg(long, short, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u64).range(1..1 << 32))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", value_parser = whole::<u64>(1..=(1 << 32) - 1))]
     number: u64,
     /// Number of the first sightline; a number is the same sightline whichever are taken beside it.
-    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..1 << 32))]
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole::<u64>(0..=(1 << 32) - 1))]
     first: u64,
     /// Redshift of the lens, instead of the configuration's.
     #[arg(long, allow_negative_numbers = true, value_name = "Z")]

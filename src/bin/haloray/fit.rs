@@ -21,6 +21,7 @@ use crate::output::{begin, commit, print_files};
 use crate::record::{file_name, option, record, value_name};
 use crate::sampling::{LikelihoodArg, SamplerArg, SamplingArg, limited};
 use crate::saved::StateFile;
+use crate::settings::whole;
 use crate::terminal::{print, print_result, warn};
 use crate::through_haloes::{choose_table, compile};
 
@@ -62,7 +63,7 @@ pub struct Args {
     #[arg(long, value_enum)]
     pixel_sampling: Option<SamplingArg>,
     /// Draws of a chain or walker after which sampling stops, converged or not; nested sampling stops by itself.
-    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(4..))]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(4..=u64::MAX))]
     max_draws: Option<usize>,
     /// Sample until every quantity has this many effective draws, for smoother contours; nested sampling stops by itself.
     #[arg(long, value_name = "N", default_value_t = ESS_LIMIT)]

@@ -10,7 +10,7 @@ use haloray::report::{markdown_table, result_text};
 use crate::bars::Bars;
 use crate::output::{begin, finish_study};
 use crate::record::{configured, option};
-use crate::settings::{Settings, provenance};
+use crate::settings::{Settings, provenance, whole};
 
 /// What truncation and concentration scatter of the haloes change in shear, flexion and Δ.
 ///
@@ -21,7 +21,7 @@ pub struct HaloChoicesArgs {
     #[command(flatten)]
     settings: Settings,
     /// Number of sightlines.
-    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 60, value_parser = whole::<u64>(1..=u64::MAX))]
     number: u64,
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR")]

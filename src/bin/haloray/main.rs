@@ -52,6 +52,7 @@ use haloray::{Error, Result};
 use mimalloc::MiMalloc;
 
 use bars::Bars;
+use settings::whole;
 
 #[global_allocator]
 static ALLOCATOR: MiMalloc = MiMalloc;
@@ -71,7 +72,7 @@ struct Cli {
     command: Command,
     /// Threads to use; all cores when left out. Results do not depend on it.
     #[arg(long, global = true, display_order = 900, allow_negative_numbers = true, value_name = "N")]
-    #[arg(value_parser = clap::builder::RangedI64ValueParser::<usize>::new().range(1..=1024))]
+    #[arg(value_parser = whole::<usize>(1..=1024))]
     threads: Option<usize>,
     /// No progress bars and no summary.
     #[arg(long, short, global = true, display_order = 901)]

@@ -10,7 +10,7 @@ use haloray::report::{RunRecord, map_figures, stage_figures, stage_page};
 use crate::bars::Bars;
 use crate::output::{Output, commit, print_files};
 use crate::record::{configured, option};
-use crate::settings::{Sight, imported_haloes, provenance};
+use crate::settings::{Sight, imported_haloes, provenance, whole};
 use crate::sheets::{kappa_of_sheets, tell_sheets};
 use crate::summary::print_accuracy;
 
@@ -26,7 +26,7 @@ pub struct Args {
     sight: Sight,
     /// Nodes a side, instead of the configuration's.
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
-    #[arg(value_parser = clap::builder::RangedI64ValueParser::<usize>::new().range(2..=2048))]
+    #[arg(value_parser = whole::<usize>(2..=2048))]
     grid_points: Option<usize>,
     /// Largest |θ_x| and |θ_y| of the grid, instead of the configuration's.
     #[arg(long, allow_negative_numbers = true, value_name = "ARCSEC")]

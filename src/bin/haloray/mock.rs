@@ -18,6 +18,7 @@ use crate::output::{begin, commit, print_files};
 use crate::record::{flag, option, record, value_name};
 use crate::sampling::SamplingArg;
 use crate::saved::{SavedRows, StateFile};
+use crate::settings::whole;
 
 /// Draw realistic composite lenses and image them: the paper's catalogue of section 3 and appendix B.
 ///
@@ -32,7 +33,7 @@ use crate::saved::{SavedRows, StateFile};
 )]
 pub struct Args {
     /// Number of systems.
-    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 64, value_parser = whole::<u32>(1..=1_000_000))]
     number: u32,
     /// Seed of systems and noise.
     #[arg(long, default_value_t = 1, value_name = "N")]

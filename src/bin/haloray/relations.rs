@@ -8,7 +8,7 @@ use haloray::pipeline::Relations;
 
 use crate::bars::Bars;
 use crate::output::check_file;
-use crate::settings::{Settings, provenance};
+use crate::settings::{Settings, provenance, whole};
 
 /// Tabulate the relations of a configuration: z, m200c_msun, sigma, peak_height, dn_dlnm_per_cmpc3, c200c.
 ///
@@ -24,7 +24,7 @@ pub struct Args {
     #[arg(long, value_name = "Z", default_values_t = [0.5])]
     z: Vec<f64>,
     /// Masses per redshift.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u32>(2..=100_000))]
     masses: u32,
     /// Table to write: .csv, .h5 or .fits.
     #[arg(long, short, value_name = "FILE")]

@@ -37,7 +37,7 @@ pub struct Layers {
     preset: Preset,
     /// Seed of everything random, instead of the configuration's.
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
-    #[arg(value_parser = seed)]
+    #[arg(value_parser = whole::<u64>(0..=i64::MAX as u64))]
     seed: Option<u64>,
     /// A key of the configuration, laid over the file; may be given again for other keys.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -69,9 +69,19 @@ impl Layers {
     }
 }
 
-fn seed(text: &str) -> std::result::Result<u64, String> {
-    let seed = text.parse::<i64>().ok().and_then(|seed| u64::try_from(seed).ok());
-    seed.ok_or(format!("must be a whole number from 0 to {}", i64::MAX))
+/// Parser of a whole number within `range`.
+pub fn whole<T: TryFrom<u64>>(
+    range: std::ops::RangeInclusive<u64>,
+) -> impl Fn(&str) -> std::result::Result<T, String> + Clone {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        let allowed = match *range.end() {
+            u64::MAX => format!("from {}", range.start()),
+            last => format!("from {} to {last}", range.start()),
+        };
+        let number = number.and_then(|number| T::try_from(number).ok());
+        number.ok_or(format!("must be a whole number {allowed}, in digits alone"))
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -10,7 +10,7 @@ use haloray::{Error, Result};
 
 use crate::bars::Bars;
 use crate::output::{begin, commit};
-use crate::settings::provenance;
+use crate::settings::{provenance, whole};
 use crate::terminal::print_result;
 
 /// Schedulers of clusters.
@@ -33,10 +33,10 @@ pub struct Args {
     #[arg(long, requires = "submit")]
     no_submit: bool,
     /// Number of shards.
-    #[arg(long, value_name = "K", requires = "submit", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "K", requires = "submit", default_value_t = 20, value_parser = whole::<u64>(1..=100_000))]
     shards: u64,
     /// Cores of each task.
-    #[arg(long, value_name = "N", requires = "submit", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1024))]
+    #[arg(long, value_name = "N", requires = "submit", default_value_t = 1, value_parser = whole::<u64>(1..=1024))]
     cpus: u64,
     /// Partition to submit to.
     #[arg(long, value_name = "NAME", requires = "submit")]
@@ -45,10 +45,10 @@ pub struct Args {
     #[arg(long, value_name = "NAME", requires = "submit")]
     account: Option<String>,
     /// Time of a task, as `sbatch` takes it; a task whose time is over is queued again and goes on.
-    #[arg(long, value_name = "D-HH:MM", requires = "submit")]
+    #[arg(long, value_name = "D-HH:MM", requires = "submit", value_parser = time)]
     time: Option<String>,
     /// Memory of a task, as `sbatch` takes it; 1G holds any level.
-    #[arg(long, value_name = "SIZE", requires = "submit")]
+    #[arg(long, value_name = "SIZE", requires = "submit", value_parser = memory)]
     memory: Option<String>,
     /// Any other option of `sbatch`, as --sbatch=--qos=high; may be given again.
     #[arg(long, value_name = "OPTION", requires = "submit", allow_hyphen_values = true)]
@@ -56,6 +56,23 @@ pub struct Args {
     /// Image of a container that has haloray: tasks run `apptainer exec IMAGE haloray`.
     #[arg(long, value_name = "IMAGE", requires = "submit")]
     container: Option<PathBuf>,
+}
+
+/// A time limit as `sbatch` reads it: minutes, M:S, H:M:S, D-H, D-H:M or D-H:M:S.
+fn time(text: &str) -> std::result::Result<String, String> {
+    let (days, clock) = text.split_once('-').map_or((None, text), |(days, clock)| (Some(days), clock));
+    let numbers: Vec<&str> = days.into_iter().chain(clock.split(':')).collect();
+    let is_number = |part: &&str| !part.is_empty() && part.chars().all(|c| c.is_ascii_digit());
+    let is_time = numbers.iter().all(is_number) && clock.split(':').count() <= 3;
+    let allowed = "must be minutes, or a time as 90:00, 1:30:00 or 2-12:00 (days-hours:minutes)";
+    is_time.then(|| text.into()).ok_or(allowed.into())
+}
+
+/// An amount of memory as `sbatch` reads it.
+fn memory(text: &str) -> std::result::Result<String, String> {
+    let digits = text.strip_suffix(['K', 'M', 'G', 'T', 'k', 'm', 'g', 't']).unwrap_or(text);
+    let is_size = !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit());
+    is_size.then(|| text.into()).ok_or("must be a whole number with K, M, G or T, as 4G".into())
 }
 
 impl Args {
@@ -71,7 +88,7 @@ impl Args {
             return Err(Error::argument("--shards", self.shards, &allowed));
         }
         if !self.no_submit && !is_there("sbatch") {
-            let allowed = "given where sbatch is; --no-submit writes the scripts alone";
+            let allowed = "used where Slurm's sbatch is, which this machine has not; --no-submit writes the scripts alone";
             return Err(Error::argument("--submit", "slurm", allowed));
         }
         let (given, parts, output) = (output, parts_beside(output)?, absolute(output)?);

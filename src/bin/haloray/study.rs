@@ -14,7 +14,7 @@ use crate::fit::Outcome;
 use crate::output::{begin, finish_study};
 use crate::record::{configured, option};
 use crate::saved::SavedRows;
-use crate::settings::{Settings, provenance};
+use crate::settings::{Settings, provenance, whole};
 
 /// Experiments over many sightlines.
 #[derive(clap::Args)]
@@ -47,7 +47,7 @@ struct TidalArgs {
     #[command(flatten)]
     settings: Settings,
     /// Number of sightlines.
-    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 100, value_parser = whole::<u64>(1..=u64::MAX))]
     number: u64,
     /// Sightline K alone, as it stands in the study of more than K of them.
     #[arg(long, value_name = "K", conflicts_with = "number")]

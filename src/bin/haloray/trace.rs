@@ -15,7 +15,7 @@ use haloray::monitor::Monitor;
 
 use crate::bars::Bars;
 use crate::output::check_file;
-use crate::settings::{Cosmology, of_option};
+use crate::settings::{Cosmology, of_option, whole};
 use crate::sheets;
 use crate::summary::{counted, print_accuracy};
 
@@ -56,7 +56,7 @@ pub struct Args {
     accuracy: Accuracy,
     /// Derivatives to add: 0 none, 1 the Jacobian, 2 also second derivatives.
     #[arg(long, allow_negative_numbers = true, value_name = "0|1|2", default_value_t = 0)]
-    #[arg(value_parser = clap::value_parser!(u8).range(0..=2))]
+    #[arg(value_parser = whole::<u8>(0..=2))]
     order: u8,
     /// Start from this redshift instead of the observer, about the ray seen on the axis.
     #[arg(long, allow_negative_numbers = true, value_name = "Z")]

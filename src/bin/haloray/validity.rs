@@ -14,7 +14,7 @@ use crate::bars::Bars;
 use crate::output::{begin, finish_study};
 use crate::record::{configured, option, value_name};
 use crate::saved::SavedRows;
-use crate::settings::{Settings, provenance, psf, with_named_files};
+use crate::settings::{Settings, provenance, psf, whole, with_named_files};
 
 /// When the tidal approximation is good enough to measure γ_LOS, and which γ_LOS it then measures.
 ///
@@ -33,7 +33,7 @@ pub struct ValidityArgs {
     #[command(flatten)]
     settings: Settings,
     /// Number of sightlines.
-    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..1 << 40))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 100, value_parser = whole::<u64>(1..=(1 << 40) - 1))]
     number: u64,
     /// Haloes that are seen: all, or those with Δ_h below a limit.
     #[arg(long, value_name = "all|LIMIT", value_delimiter = ',', default_value = "all,0.3,0.1,0.03")]

@@ -12,7 +12,7 @@ use crate::bars::Bars;
 use crate::output::{begin, finish_study};
 use crate::record::{configured, option};
 use crate::saved::SavedRows;
-use crate::settings::{Settings, provenance, psf, with_named_files};
+use crate::settings::{Settings, provenance, psf, whole, with_named_files};
 
 /// Which shear of the line of sight an image measures.
 ///
@@ -27,7 +27,7 @@ pub struct WhichShearArgs {
     #[command(flatten)]
     settings: Settings,
     /// Number of sightlines.
-    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 35, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, short, allow_negative_numbers = true, value_name = "N", default_value_t = 35, value_parser = whole::<u64>(1..=u64::MAX))]
     number: u64,
     /// A built-in model with gamma1_los and gamma2_los (`haloray fit --list`).
     #[arg(long, value_name = "NAME", default_value = "tidal-minimal")]

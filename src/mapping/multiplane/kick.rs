@@ -221,12 +221,12 @@ fn radial_functions<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
     p2: &mut [f64; N],
 ) {
     macro_rules! for_all {
-        ($basis:path, $functions:expr) => {
-            for i in 0..N {
-                let values: [f64; 3] = $functions(u[i], $basis(u[i]));
-                m[i] = values[0];
+        ($i:ident, $basis:path, $l:expr, $functions:expr) => {
+            for $i in 0..N {
+                let values: [f64; 3] = $functions(u[$i], $basis(u[$i], $l));
+                m[$i] = values[0];
                 if ORDER >= 1 {
-                    [_, p1[i], p2[i]] = values;
+                    [_, p1[$i], p2[$i]] = values;
                 }
             }
         };
@@ -234,10 +234,17 @@ fn radial_functions<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
     macro_rules! in_regime {
         ($functions:expr) => {
             match regime(u) {
-                Regime::Far => for_all!(nfw_radial::far, $functions),
-                Regime::Outer => for_all!(nfw_radial::outer, $functions),
-                Regime::Inner => for_all!(nfw_radial::inner, $functions),
-                Regime::Mixed => for_all!(nfw_radial::basis, $functions),
+                Regime::Far => for_all!(i, nfw_radial::far, nfw_radial::l(u[i]), $functions),
+                Regime::Outer => for_all!(i, nfw_radial::outer, nfw_radial::l(u[i]), $functions),
+                Regime::Inner => for_all!(i, nfw_radial::inner, nfw_radial::l(u[i]), $functions),
+                Regime::Mixed => {
+                    // Logarithms on their own, in a loop without branches.
+                    let mut l = [0.0; N];
+                    for i in 0..N {
+                        l[i] = nfw_radial::l(u[i]);
+                    }
+                    for_all!(i, nfw_radial::with_l, l[i], $functions)
+                }
             }
         };
     }

@@ -45,20 +45,21 @@ impl Basis {
     }
 }
 
-/// m(u) for u < [`INNER_END`]: [−L − ½S(q)]/[w(1+w)], w = √(1−u), q = u/(2(1+w)), S = −ln(1−q)/q.
+/// L = ½ ln(u/4) at any u ≥ [`U_FLOOR`], which every form below starts from.
 #[inline(always)]
-fn m_inner(u: f64) -> f64 {
+pub fn l<R: Real>(u: R) -> R {
+    ln(u * 0.25) * 0.5
+}
+
+/// All functions for u < [`INNER_END`]: m = [−L − ½S(q)]/[w(1+w)], w = √(1−u), q = u/(2(1+w)), S = −ln(1−q)/q.
+#[inline(always)]
+pub fn inner(u: f64, l: f64) -> Basis {
     let w = (1.0 - u).sqrt();
     let q = 0.5 * u / (1.0 + w);
     let inv = 1.0 / (2.0 - q);
     let s = q * inv;
-    (-0.5 * ln(0.25 * u) - inv * artanh_over_argument(s * s)) / (w * (1.0 + w))
-}
-
-/// All functions for u < [`INNER_END`].
-#[inline(always)]
-pub fn inner(u: f64) -> Basis {
-    let (l, m, inv_z) = (0.5 * ln(0.25 * u), m_inner(u), 1.0 / (1.0 - u));
+    let m = (-l - inv * artanh_over_argument(s * s)) / (w * (1.0 + w));
+    let inv_z = 1.0 / (1.0 - u);
     let a = u * m - l;
     let e = (a - 1.0) * inv_z;
     Basis { l, a, m, e, h: (a - 3.0 * e) * inv_z }
@@ -66,8 +67,8 @@ pub fn inner(u: f64) -> Basis {
 
 /// All functions for [`OUTER_START`] ≤ u < [`FAR_START`].
 #[inline(always)]
-pub fn outer(u: f64) -> Basis {
-    let (l, w, inv_z) = (0.5 * ln(0.25 * u), (u - 1.0).sqrt(), 1.0 / (1.0 - u));
+pub fn outer(u: f64, l: f64) -> Basis {
+    let (w, inv_z) = ((u - 1.0).sqrt(), 1.0 / (1.0 - u));
     let a = arctan(w) / w;
     let e = (a - 1.0) * inv_z;
     Basis { l, a, m: (l + a) / u, e, h: (a - 3.0 * e) * inv_z }
@@ -77,10 +78,9 @@ pub fn outer(u: f64) -> Basis {
 ///
 /// Divisions limit the ray loop, so 1/u and v share one.
 #[inline(always)]
-pub fn far(u: f64) -> Basis {
+pub fn far(u: f64, l: f64) -> Basis {
     let both = 1.0 / (u * (u - 1.0));
     let (inv_u, v) = ((u - 1.0) * both, u * both);
-    let l = 0.5 * ln(0.25 * u);
     let a = std::f64::consts::FRAC_PI_2 * v.sqrt() - v * arctan_over_argument(v);
     let e = (1.0 - a) * v;
     Basis { l, a, m: (l + a) * inv_u, e, h: (3.0 * e - a) * v }
@@ -89,7 +89,7 @@ pub fn far(u: f64) -> Basis {
 /// All functions for [`INNER_END`] ≤ u < [`OUTER_START`]: H by its Taylor series
 /// −Σ 4(n+1)zⁿ/((2n+3)(2n+5)), then E = (1 − zH)/(3 − z) and A = 1 + zE, which lose nothing.
 #[inline(always)]
-pub fn seam(u: f64) -> Basis {
+pub fn seam(u: f64, l: f64) -> Basis {
     /// |z| ≤ 0.25: the first term left out is below 0.25²⁴ ≈ 4e-15·(1/24) of H.
     const TERMS: usize = 25;
     let z = 1.0 - u;
@@ -100,39 +100,52 @@ pub fn seam(u: f64) -> Basis {
     }
     let e = (1.0 - z * h) / (3.0 - z);
     let a = 1.0 + z * e;
-    let l = 0.5 * ln(0.25 * u);
     Basis { l, a, m: (l + a) / u, e, h }
 }
 
 /// m(u) at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn m<R: Real>(u: R) -> R {
-    let [m] = by_regime(u, MAlone);
+    let [m] = by_regime(u, l(u), MAlone);
     m
 }
 
 /// (m, u·m′, u²·m″) of the NFW lens at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn nfw<R: Real>(u: R) -> [R; 3] {
-    by_regime(u, NfwLens)
+    by_regime(u, l(u), NfwLens)
 }
 
 /// (L, A, m) at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn l_a_m<R: Real>(u: R) -> [R; 3] {
-    by_regime(u, Lam)
+    by_regime(u, l(u), Lam)
 }
 
 /// All functions at any u ≥ [`U_FLOOR`], as (L, A, m, E, H).
 #[inline(always)]
 pub fn columns<R: Real>(u: R) -> [R; 5] {
-    by_regime(u, Columns)
+    by_regime(u, l(u), Columns)
 }
 
 /// All functions at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn basis(u: f64) -> Basis {
-    columns(u).into()
+    with_l(u, l(u))
+}
+
+/// All functions at any u ≥ [`U_FLOOR`], of which L is known.
+#[inline(always)]
+pub fn with_l(u: f64, l: f64) -> Basis {
+    if u < INNER_END {
+        inner(u, l)
+    } else if u < OUTER_START {
+        seam(u, l)
+    } else if u < FAR_START {
+        outer(u, l)
+    } else {
+        far(u, l)
+    }
 }
 
 impl From<[f64; 5]> for Basis {
@@ -189,17 +202,17 @@ impl OfBasis<5> for Columns {
 
 /// A form is evaluated, in all lanes, where its regime has any of them.
 #[inline(always)]
-fn by_regime<R: Real, const N: usize>(u: R, f: impl OfBasis<N>) -> [R; N] {
+fn by_regime<R: Real, const N: usize>(u: R, l: R, f: impl OfBasis<N>) -> [R; N] {
     macro_rules! form {
         ($basis:path) => {{
             struct Form<F>(F);
-            impl<const N: usize, F: OfBasis<N>> Each<1, N> for Form<F> {
+            impl<const N: usize, F: OfBasis<N>> Each<2, N> for Form<F> {
                 #[inline(always)]
-                fn of(&self, [u]: [f64; 1]) -> [f64; N] {
-                    self.0.of($basis(u))
+                fn of(&self, [u, l]: [f64; 2]) -> [f64; N] {
+                    self.0.of($basis(u, l))
                 }
             }
-            R::each([u], &Form(f))
+            R::each([u, l], &Form(f))
         }};
     }
     let [least, largest] = u.extent();
@@ -252,10 +265,11 @@ mod tests {
     #[test]
     fn regimes_agree_where_they_meet() {
         for (u, s, other) in [
-            (INNER_END, seam(INNER_END), inner(INNER_END)),
-            (OUTER_START, seam(OUTER_START), outer(OUTER_START)),
-            (FAR_START, outer(FAR_START), far(FAR_START)),
+            (INNER_END, seam as fn(f64, f64) -> Basis, inner as fn(f64, f64) -> Basis),
+            (OUTER_START, seam, outer),
+            (FAR_START, outer, far),
         ] {
+            let [s, other] = [s(u, l(u)), other(u, l(u))];
             for (a, b) in [(s.m, other.m), (s.a, other.a), (s.e, other.e), (s.h, other.h)] {
                 assert!((a / b - 1.0).abs() < SEAM, "u = {u}: {a} {b}");
             }
@@ -264,7 +278,7 @@ mod tests {
 
     #[test]
     fn values_at_the_scale_radius() {
-        let b = seam(1.0);
+        let b = seam(1.0, l(1.0));
         assert!((b.m - (1.0 - std::f64::consts::LN_2)).abs() < 1e-15);
         assert!((b.e - 1.0 / 3.0).abs() < 1e-15 && (b.h + 4.0 / 15.0).abs() < 1e-15);
     }
@@ -273,7 +287,7 @@ mod tests {
     fn limits_at_the_centre_are_logarithmic() {
         // m → −L/2 − 1/4, u m′ → −1/4, u² m″ → 1/4.
         for u in [1e-30, 1e-20, 1e-12] {
-            let b = inner(u);
+            let b = inner(u, l(u));
             let [m, p1, p2] = b.nfw();
             assert!((m - (-0.5 * b.l - 0.25)).abs() < 1e-10);
             assert!((p1 + 0.25).abs() < 1e-10 && (p2 - 0.25).abs() < 1e-10, "{u:e} {p1} {p2}");
