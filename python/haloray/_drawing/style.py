@@ -114,6 +114,21 @@ def panels(
     return found, found.subplots(rows, columns, squeeze=False, **options)
 
 
+def grid(
+    figure: Figure | SubFigure | None,
+    number: int,
+    columns: int,
+    aspect: float,
+    width_mm: float = PAGE_MM,
+    **options: Any,
+) -> tuple[Any, list[Any]]:
+    """A figure with so many panels, as many in a row as there are columns."""
+    found, axes = panels(figure, -(-number // columns), columns, aspect, width_mm, **options)
+    for ax in axes.flat[number:]:
+        ax.set_axis_off()
+    return found, list(axes.flat[:number])
+
+
 def new_figure(width: float, height: float, pad: float, space: float) -> Any:
     """A figure of that size in inches whose panels find their places themselves."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -142,6 +157,14 @@ def quantile(values: Any, part: float) -> float | None:
     """The value of the nearest rank; none without finite values."""
     found = np.sort(finite(values))
     return float(found[int(np.floor(part * (len(found) - 1) + 0.5))]) if len(found) else None
+
+
+def steps(values: Any) -> tuple[Array, Array]:
+    """The part of the positive values that lie below a value, in steps."""
+    found = np.sort(finite(values))
+    found = found[found > 0.0]
+    heights = np.arange(len(found) + 1) / max(len(found), 1)
+    return np.repeat(found, 2), np.stack([heights[:-1], heights[1:]], axis=1).ravel()
 
 
 def symmetric(values: Any, coverage: float = 1.0, centre: float = 0.0) -> Normalize:

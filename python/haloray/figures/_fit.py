@@ -9,15 +9,21 @@ from typing import TYPE_CHECKING, Any, Union
 import numpy as np
 
 from .._drawing import corner as _corner
+from .._drawing import density
 from .._drawing.labels import symbol_of
 from .._drawing.style import (
     BLACK,
+    BLUE,
+    COLUMN_MM,
     CYCLE,
     FLUX,
     GREY,
+    ORANGE,
+    PAGE_MM,
     RED,
     bar,
     caption,
+    grid,
     image_norm,
     panels,
     raster,
@@ -227,6 +233,68 @@ def trace(
     axes[-1, 0].set_xlabel("draw")
     axes[-1, 1].set_xlabel("rank of draw")
     return figure
+
+
+@styled
+def profiles(
+    fit: FitLike, figure: Figure | SubFigure | None = None, *, truths: Mapping[str, float] | None = None
+) -> Any:
+    """Draw profile likelihoods beside the posterior's densities, with the levels of the intervals of 68% and 95%.
+
+    Parameters
+    ----------
+    fit : haloray.Fit or path
+        A fit with profile likelihoods, or the folder of one (``haloray fit --profile``).
+    figure : matplotlib Figure or SubFigure, optional
+        Where to draw.
+    truths : mapping of str to float, optional
+        Values that are known.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    InputError
+        A fit without profile likelihoods; a quantity that it does not have; what is no fit.
+    MissingFileError
+        No such file.
+    """
+    if isinstance(fit, Posterior):
+        raise InputError("a posterior.nc has no profile likelihoods: profiles takes a Fit or the folder of a fit")
+    draws = _draws(fit)
+    _check_truths(truths, list(draws))
+    statistics: dict[str, Any] = fit.statistics if isinstance(fit, Fit) else json_of(fit, "summary.json")
+    found: list[dict[str, Any]] = statistics.get("profiles", [])
+    if not found:
+        raise InputError("the fit has no profile likelihoods: name the parameters that they are wanted of (profile)")
+    width = COLUMN_MM if len(found) == 1 else PAGE_MM
+    figure, axes = grid(figure, len(found), min(len(found), 3), 0.87, width, sharey=True)
+    for i, (ax, own) in enumerate(zip(axes, found)):
+        name, unit = own["name"], own["unit"]
+        for level in np.exp([-0.5, -2.0]):
+            ax.axhline(level, ls="--", lw=0.6, color=GREY)
+        ax.plot(*_likelihood_ratio(own), lw=1.2, color=ORANGE, label="profile likelihood")
+        ax.plot(*(density.curve(draws[name]) or ([], [])), lw=1.2, color=BLUE, label="posterior")
+        if truths is not None and name in truths:
+            ax.axvline(truths[name], ls="--", lw=0.8, color=BLACK, label="truth")
+        ax.set(xlabel=text(symbol_of(name) + (f" [{unit}]" if unit else "")), ylim=(0.0, 1.35))
+        if i % 3 == 0:
+            ax.set_ylabel("relative to the highest")
+        ax.legend(loc="upper right")
+    return figure
+
+
+def _likelihood_ratio(profile: dict[str, Any]) -> tuple[Array, Array]:
+    """Values and L/L_max on a fine grid: √(−2Δln L), with the sign of the side, is interpolated linearly."""
+    values = np.asarray(profile["values"], dtype=np.float64)
+    root = np.sqrt(np.maximum(-2.0 * np.asarray(profile["delta_log_likelihood"], dtype=np.float64), 0.0))
+    root = np.where(values < profile["best_fit"], -root, root)
+    nodes = np.arange(len(values))
+    places = np.linspace(0.0, len(values) - 1, 12 * (len(values) - 1) + 1)
+    return np.interp(places, nodes, values), np.exp(-0.5 * np.interp(places, nodes, root) ** 2)
 
 
 def _check_truths(truths: Any, known: list[str]) -> None:

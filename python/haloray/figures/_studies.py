@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .._drawing.labels import symbol_of
-from .._drawing.style import BLACK, BLUE, CYCLE, GREY, ORANGE, RED, finite, outline, panels, single, styled, text
+from .._drawing.style import BLACK, BLUE, CYCLE, GREY, ORANGE, RED, finite, outline, panels, single, steps, styled, text
 from .._units import Array
 from ._saved import columns_of, json_of
 
@@ -47,11 +47,7 @@ def deviations(table: Any, ax: Axes | None = None) -> Axes:
     panel: Any = axes
     names = [name for name in own if name.startswith("deviation_")]
     for i, name in enumerate(names):
-        sigma = np.sort(finite(own[name]))
-        sigma = sigma[sigma > 0.0]
-        steps = np.arange(len(sigma) + 1) / max(len(sigma), 1)
-        places, heights = np.repeat(sigma, 2), np.stack([steps[:-1], steps[1:]], axis=1).ravel()
-        panel.plot(places, heights, color=CYCLE[i % 5], label=_plain(name))
+        panel.plot(*steps(own[name]), color=CYCLE[i % 5], label=_plain(name))
     panel.set(xscale="log", ylim=(0.0, 1.0), xlabel="deviation from the definition [σ]", ylabel="fraction of fits")
     panel.legend(loc="upper left")
     return axes
