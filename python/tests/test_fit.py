@@ -66,14 +66,17 @@ class Stop(Exception):
     """What a user's own progress function raises, as Ctrl-C raises KeyboardInterrupt."""
 
 
-def test_a_profile_of_a_parameter():
-    fit = hr.fit(observation(), MODEL, seed=3, profile=["lens.theta_E"])
+def test_a_profile_of_a_parameter(tmp_path):
+    fit = hr.fit(observation(), MODEL, seed=3, profile=["lens.theta_E"], output=tmp_path / "fit")
     (profile,) = fit.statistics["profiles"]
     own = fit.parameters["lens.theta_E"]
     low, high = profile["interval68"]
     # A nearly normal posterior: both intervals are one.
     assert high - low == pytest.approx(2.0 * own.standard_deviation, rel=0.2) and low < own.median < high
     assert max(profile["delta_log_likelihood"]) == 0.0 and len(profile["values"]) == len(profile["delta_log_likelihood"])
+    if importlib.util.find_spec("matplotlib"):
+        drawn = [hr.figures.profiles(own).axes[0].lines for own in (fit, tmp_path / "fit")]
+        assert all(np.array_equal(one.get_data(), other.get_data()) for one, other in zip(*drawn))
     for wrong in ("lens.theta_E", ["theta"], [1], 3):
         with pytest.raises(hr.InputError):
             hr.fit(observation(), MODEL, profile=wrong)

@@ -46,6 +46,8 @@ ORDER = [
     "figures._fit",
     "figures._ensemble",
     "figures._studies",
+    "figures._expected",
+    "figures._validity",
     "figures",
     "",
 ]

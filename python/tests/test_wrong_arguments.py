@@ -21,6 +21,23 @@ EXPECTED = (hr.Error, NotImplementedError, ImportError)
 OF_FIGURES = (*EXPECTED, ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
 
 
+DEFINITIONS = ("axis", "ring", "light", "best_tidal", "best_flexion")
+OF_VALIDITY = (
+    *("sightline", "delta_tot", "delta_tot_ring", "residual_best_tidal_arcsec", "covariance_11", "covariance_12"),
+    *(
+        "covariance_22",
+        "chi2",
+        "p_value",
+        "chi2_excess",
+        "log_evidence",
+        "h0_ratio_axis",
+        "h0_ratio_ring",
+        "h0_ratio_fit",
+    ),
+    *("halo_m200c_msun", "halo_z"),
+)
+
+
 def good(n=5):
     return np.linspace(0.5, 1.5, n)
 
@@ -95,6 +112,8 @@ def results(tmp_path_factory):
     ensemble.write(folder / "ensemble")
     draws = np.random.default_rng(2).normal(size=(2, 40))
     zero = np.zeros((4, 4))
+    profile = {"name": "gamma1_los", "unit": "", "best_fit": 0.0, "values": [-1.0, 0.0]}
+    profile["delta_log_likelihood"] = [-2.0, 0.0]
     return {
         "folder": folder,
         "haloes": hr.populate(SMALL, seed=3),
@@ -106,7 +125,9 @@ def results(tmp_path_factory):
         "posterior": hr.Posterior(
             {"gamma1_los": draws, "gamma2_los": draws[::-1]}, {"gamma1_los": "", "gamma2_los": ""}
         ),
-        "fit": hr.Fit({}, {"gamma1_los": draws}, {}, {"chi2_reduced": 1.0}, zero, zero, "", zero, 0.1, {}),
+        "fit": hr.Fit(
+            {}, {"gamma1_los": draws}, {}, {"chi2_reduced": 1.0, "profiles": [profile]}, zero, zero, "", zero, 0.1, {}
+        ),
         "run": hr.read(folder / "run" / "run.h5"),
     }
 
@@ -122,6 +143,11 @@ def calls(own):
     data = {"image_data": np.ones((8, 8)), "background_rms": 0.1, "exposure_time": 100.0}
     fits = {"model": ["a"], "productive": [1.0], "sigma": [0.1], "residual_in_sigma": [1.0]}
     fits |= {f"gamma{i}_los_{end}": [0.1] for i in (1, 2) for end in ("in", "out", "low", "high")}
+    shears = {f"gamma{i}_los_{of}": [0.1] for i in (1, 2) for of in (*DEFINITIONS, "fit")}
+    validity = {"case": ["base"], "haloes": ["all"], "mock": ["haloes"], "model": ["a"], "start": ["truth"], **shears}
+    validity |= {name: [1.0] for name in OF_VALIDITY}
+    smoothed = {"name": ["a"], "averaged_over": ["ring"], "radius_arcsec": [1.0]}
+    smoothed |= {name: [0.1] for name in ("sigma_gamma_los", "sigma_gamma_los_error")}
     curve = hr.LensModel(["SIS"]).critical_curves([{"theta_E": 1.0}])
     observation = hr.Observation(np.ones((8, 8)), pixel_scale_arcsec=0.1, background_rms_e_s=0.1, exposure_s=100.0)
     ensemble_file, run = folder / "ensemble", folder / "run"
@@ -224,9 +250,12 @@ def calls(own):
         "figures.cut": (hr.figures.cut, {"table": {}}),
         "figures.deviations": (hr.figures.deviations, {"table": {"deviation_axis_sigma": good()}}),
         "figures.exposure": (hr.figures.exposure, {"image": own["mock"].images[0]}),
+        "figures.expected": (hr.figures.expected, {"study": own["ensemble"]}),
         "figures.mosaic": (hr.figures.mosaic, {"mock": own["mock"]}),
         "figures.overlay": (hr.figures.overlay, {"curves": curve, "ax": None}),
+        "figures.profiles": (hr.figures.profiles, {"fit": own["fit"]}),
         "figures.reconstruction": (hr.figures.reconstruction, {"fit": own["fit"]}),
+        "figures.smoothing": (hr.figures.smoothing, {"table": smoothed}),
         "figures.source_plane": (hr.figures.source_plane, {"fit": own["fit"]}),
         "figures.trace": (hr.figures.trace, {"fit": own["posterior"]}),
         **{
@@ -241,6 +270,11 @@ def calls(own):
         **{
             f"figures.{name}": (getattr(hr.figures, name), {"table": fits})
             for name in ("recovery", "recovery_histograms", "recovery_quality")
+        },
+        **{
+            f"figures.{name}": (getattr(hr.figures, name), {"table": validity})
+            for name in hr.figures.__all__
+            if name.startswith("validity_")
         },
     }
 
