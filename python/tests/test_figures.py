@@ -72,6 +72,15 @@ def test_an_ensemble(ensemble, tmp_path):
     assert ax.lines[0].get_ydata()[-1] == pytest.approx(np.sqrt(np.mean(gamma**2)))
 
 
+def test_a_few_far_sightlines_do_not_press_all_others_into_one_bin():
+    xarray = pytest.importorskip("xarray")
+    delta = np.append(np.geomspace(0.1, 1.0, 299), 1e6)
+    panel = hr.figures.distributions(xarray.Dataset({"delta_tot": ("sightline", delta)})).axes[2]
+    shown = panel.patches[0].get_data()
+    assert np.array_equal(shown.values, np.histogram(delta, shown.edges)[0]) and sum(shown.values) == 299
+    assert shown.edges[-1] < 2.0 and panel.get_title(loc="right") == "up to 1 outside"
+
+
 def test_a_lens():
     lens, kwargs = hr.LensModel(["EPL"]), [{"theta_E": 1.2, "gamma": 2.0, "e1": 0.1, "e2": 0.0}]
     curves = lens.critical_curves(kwargs)

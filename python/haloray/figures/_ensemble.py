@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .._drawing import corner as _corner
-from .._drawing.style import CYCLE, finite, outline, panels, quantile, single, styled, text
+from .._drawing.style import CYCLE, GREY, finite, outline, panels, quantile, single, styled, text
 from .._ensemble import Ensemble
 from .._read import open_ensemble
 from .._units import Array, refuse
@@ -86,6 +86,9 @@ def distributions(ensemble: Any, figure: Figure | SubFigure | None = None) -> An
         if is_log:
             ax.set_xscale("log")
         ax.legend(loc="upper left")
+        outside = max(_outside(values, edges, is_log) for _, values in sets)
+        if outside:
+            ax.set_title(f"up to {outside} outside", fontsize=7, loc="right", pad=3, color=GREY)
     return figure
 
 
@@ -191,11 +194,18 @@ def _modulus(own: Callable[[str], Array], quantity: str, rest: str) -> Array:
 
 
 def _edges(sets: list[tuple[str, Array]], is_log: bool) -> Array:
-    """Edges of 40 equal bins that leave out the last thousandth on both sides."""
-    values = np.concatenate([own for _, own in sets])
+    """Edges of 40 equal bins over the middle 98% of the values and a quarter of that on both sides, no farther than they go."""
+    values = finite([own for _, own in sets])
     values = np.log10(values[values > 0.0]) if is_log else values
-    low, high = quantile(values, 0.001), quantile(values, 0.999)
+    low, high = quantile(values, 0.01), quantile(values, 0.99)
     if low is None or high is None or low >= high:
         return np.zeros(0)
-    edges = np.linspace(low, high, 41)
+    room = 0.25 * (high - low)
+    edges = np.linspace(max(low - room, values.min()), min(high + room, values.max()), 41)
     return 10.0**edges if is_log else edges
+
+
+def _outside(values: Array, edges: Array, is_log: bool) -> int:
+    """How many values that have a place on the axis lie beyond its bins."""
+    placed = values[np.isfinite(values) & ((values > 0.0) | (not is_log))]
+    return int(np.sum((placed < edges[0]) | (placed > edges[-1]))) if len(edges) else 0
