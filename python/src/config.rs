@@ -13,6 +13,24 @@ use crate::errors::{OrRaise, input};
 /// What errors call a configuration that is no file.
 const UNNAMED: &str = "configuration";
 
+/// An error of a dictionary's text, which its user never saw, with the key in place of line and column.
+fn by_key(error: Error, text: &str) -> Error {
+    match error {
+        Error::Toml { at: Some(at), problem, .. } => {
+            let section = text.lines().take(at.line).filter_map(|line| line.strip_prefix('[')).last();
+            let section = section.map_or(String::new(), |name| name.replace(']', "."));
+            let line = text.lines().nth(at.line - 1).unwrap_or_default();
+            let place = match line.split_once('=') {
+                Some((key, _)) => format!("{UNNAMED}: {section}{}", key.trim()),
+                None => format!("{UNNAMED}: {}", section.trim_end_matches('.')),
+            };
+            Error::Toml { path: place.into(), at: None, problem }
+        }
+        Error::Config { path, key, cause, .. } => Error::Config { path, at: None, key, cause },
+        other => other,
+    }
+}
+
 /// A resolved configuration: every key has its value.
 #[pyclass(frozen, eq, module = "haloray._haloray")]
 #[derive(PartialEq)]
@@ -44,7 +62,8 @@ impl Config {
     #[staticmethod]
     fn of_json(py: Python<'_>, preset_name: &str, json: &str) -> PyResult<Self> {
         let text = toml_of_json(json).map_err(|why| input(py, UNNAMED, why, "numbers, text and sections"))?;
-        Self::of_text(py, preset_name, &text)
+        let resolved = config::resolve(preset(py, preset_name)?, Path::new(UNNAMED), &text, "");
+        Ok(Self(resolved.map_err(|error| by_key(error, &text)).or_raise(py)?))
     }
 
     /// A text that holds every key, such as `toml`.

@@ -327,6 +327,10 @@ def test_threads_are_not_those_of_the_interpreter():
 def test_names_that_lead_nowhere_are_told_apart(tmp_path):
     with pytest.raises(hr.InputError, match="config is 'consistant', but must be 'paper' or 'consistent'"):
         hr.populate("consistant")
+    with pytest.raises(hr.InputError, match="^configuration: haloes.min_point_sheer: did you mean `min_point_shear`"):
+        hr.populate({"seed": 1, "haloes": {"draw": "direct", "min_point_sheer": 1e-5}})
+    with pytest.raises(hr.InputError, match="^configuration: haloes.min_point_shear is -1"):
+        hr.populate({"haloes": {"min_point_shear": -1.0}})
     with pytest.raises(hr.MissingFileError, match="no such file or folder"):
         hr.open_run(tmp_path / "nope")
     with pytest.raises(hr.InputError, match="is a folder, but must be one of its files"):

@@ -253,6 +253,13 @@ fn a_job_array_of_slurm_ends_with_the_bytes_of_one_process() {
     assert!(told.contains("4 parts: 6 of 6 sightlines\nqueue: 1 pending, 2 running\n"), "{told}");
     let other = on_cluster(&job.replace("seed=5", "seed=6"));
     folder.check_failure(2, &other, "another seed", &["shards of another ensemble"]);
+    let sbatch = folder.path("tools/sbatch");
+    std::fs::write(&sbatch, "#!/bin/sh\n[ \"$1\" = --version ] || { echo no such partition >&2; exit 1; }\n")
+        .unwrap();
+    let refused = on_cluster(&job.replace("-o many", "-o none"));
+    let told = String::from_utf8(refused.stderr).unwrap();
+    assert!(told.contains("no such partition") && told.contains("taken by sbatch"), "{told}");
+    assert!(refused.status.code() == Some(2) && !folder.path("none.parts/jobs").exists());
     let many = on_cluster(&job.replace("--shards 4", "--shards 7"));
     folder.check_failure(2, &many, "too many shards", &["at most as many shards as sightlines (6)"]);
 }

@@ -323,12 +323,35 @@ fn options_outside_their_domain_are_refused_by_name() {
             "'1h' for '--time <D-HH:MM>': must be minutes, or a time",
         ),
         ("ensemble -n 4 --submit slurm --time 1-2:3:4:5 -o many", "must be minutes, or a time"),
+        ("ensemble -n 4 --submit slurm --time 1:30 -o many", "must be minutes, or a time as 1:30:00"),
+        ("ensemble -n 4 --submit slurm --memory 1 -o many", "must be a whole number with K, M, G or T"),
         ("ensemble -n 4 --submit slurm --memory 1x -o many", "must be a whole number with K, M, G or T"),
         ("completions tcsh", "[possible values: bash, elvish, fish, powershell, zsh]"),
         ("observe", "unrecognized subcommand 'observe'"),
     ] {
         refuses(&folder, command, &[wanted, "hint: `--help`"]);
     }
+}
+
+#[test]
+fn what_a_misspelt_or_misplaced_key_was_to_be_is_said() {
+    let folder = folder();
+    for (assignment, wanted) in [
+        ("haloes.min_point_sheer=1e-5", "did you mean `min_point_shear`? unknown field"),
+        ("min_point_shear=1e-5", "did you mean `haloes.min_point_shear`? unknown field"),
+        ("halos.draw=direct", "did you mean `haloes`? unknown field"),
+        ("haloes.draw=brute_force", "did you mean `brute-force`? unknown variant"),
+        ("cosmology.omega_l=0.7", "did you mean `omega_m`? unknown field"),
+        ("haloes.wisdom=1", "1: unknown field `wisdom`"),
+    ] {
+        refuses(&folder, &format!("simulate --set {assignment} -o run"), &["error: --set ", wanted]);
+    }
+    std::fs::write(folder.path("my.toml"), "[haloes]\nmin_point_sheer = 1e-5\n").unwrap();
+    refuses(
+        &folder,
+        "simulate my.toml -o run",
+        &["my.toml: line 2, column 1: did you mean `min_point_shear`?"],
+    );
 }
 
 #[test]

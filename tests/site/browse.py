@@ -24,7 +24,7 @@ TASKS = {
     "10,000 sightlines cluster": "tutorials/thousand_sightlines",
 }
 # The search says so when it has ended.
-ENDED = "document.querySelector('.search-summary')?.textContent.match(/\\d+ page|did not match/)"
+ENDED = "document.querySelector('.search-summary')?.textContent.match(/found|did not match/)"
 
 
 def main():

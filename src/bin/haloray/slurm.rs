@@ -58,19 +58,23 @@ pub struct Args {
     container: Option<PathBuf>,
 }
 
-/// A time limit as `sbatch` reads it: minutes, M:S, H:M:S, D-H, D-H:M or D-H:M:S.
+/// A time limit as `sbatch` reads it: minutes, H:M:S, D-H, D-H:M or D-H:M:S. What it reads as M:S is refused: most mean H:M.
 fn time(text: &str) -> std::result::Result<String, String> {
     let (days, clock) = text.split_once('-').map_or((None, text), |(days, clock)| (Some(days), clock));
     let numbers: Vec<&str> = days.into_iter().chain(clock.split(':')).collect();
     let is_number = |part: &&str| !part.is_empty() && part.chars().all(|c| c.is_ascii_digit());
-    let is_time = numbers.iter().all(is_number) && clock.split(':').count() <= 3;
-    let allowed = "must be minutes, or a time as 90:00, 1:30:00 or 2-12:00 (days-hours:minutes)";
+    let is_clock = match clock.split(':').count() {
+        2 => days.is_some(),
+        parts => parts <= 3,
+    };
+    let is_time = is_clock && numbers.iter().all(is_number);
+    let allowed = "must be minutes, or a time as 1:30:00 or 2-12:00 (days-hours:minutes)";
     is_time.then(|| text.into()).ok_or(allowed.into())
 }
 
 /// An amount of memory as `sbatch` reads it.
 fn memory(text: &str) -> std::result::Result<String, String> {
-    let digits = text.strip_suffix(['K', 'M', 'G', 'T', 'k', 'm', 'g', 't']).unwrap_or(text);
+    let digits = text.strip_suffix(['K', 'M', 'G', 'T', 'k', 'm', 'g', 't']).unwrap_or_default();
     let is_size = !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit());
     is_size.then(|| text.into()).ok_or("must be a whole number with K, M, G or T, as 4G".into())
 }
@@ -88,7 +92,7 @@ impl Args {
             return Err(Error::argument("--shards", self.shards, &allowed));
         }
         if !self.no_submit && !is_there("sbatch") {
-            let allowed = "used where Slurm's sbatch is, which this machine has not; --no-submit writes the scripts alone";
+            let allowed = "given on a machine that has Slurm's sbatch; with --no-submit beside it the scripts alone are written";
             return Err(Error::argument("--submit", "slurm", allowed));
         }
         let (given, parts, output) = (output, parts_beside(output)?, absolute(output)?);
