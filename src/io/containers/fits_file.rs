@@ -216,9 +216,15 @@ fn ascii(text: &str) -> String {
     text.chars().map(escape).collect()
 }
 
-/// The number under a keyword, if it is there; it must be finite.
+/// The number under a keyword, if it is there; it must be finite, and one.
 pub(crate) fn number(path: &Path, header: &Header, name: &str) -> Result<Option<f64>> {
     let Some(keyword) = header.find(name) else { return Ok(None) };
+    let others = header.iter().filter(|other| other.name == name && other.value != keyword.value);
+    if let Some(two) = others.filter_map(|other| keyword.value.as_ref().zip(other.value.as_ref())).next() {
+        let problem =
+            format!("keyword {name} is {} and, on another card, {}; leave out the wrong one", two.0, two.1);
+        return Err(Error::file(FileFault::Content, path, problem));
+    }
     match keyword.value.as_ref().and_then(HeaderValue::as_float) {
         Some(value) if value.is_finite() => Ok(Some(value)),
         _ => {
@@ -282,6 +288,20 @@ mod tests {
         let error = read_bytes(bytes).unwrap_err();
         assert!(error.is_bad_input());
         error.to_string().split_once("t.fits: ").unwrap().1.into()
+    }
+
+    #[test]
+    fn a_keyword_on_two_cards_is_a_number_where_they_agree() {
+        let mut header = Header::new();
+        let card = |value| fitskit::Keyword::with_value("BKGRMS", HeaderValue::Float(value), None);
+        header.push(card(0.01));
+        header.push(card(0.01));
+        let path = Path::new("i.fits");
+        assert_eq!(number(path, &header, "BKGRMS").unwrap(), Some(0.01));
+        header.push(card(0.05));
+        let error = number(path, &header, "BKGRMS").unwrap_err();
+        assert!(error.is_bad_input());
+        assert!(error.to_string().contains("BKGRMS is 0.01 and, on another card, 0.05"), "{error}");
     }
 
     #[test]

@@ -12,6 +12,8 @@ use crate::error::{Error, FileFault, Result};
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// Deflate makes no file smaller than by this factor, so that none can hold more than this times its bytes.
 const DEFLATE_RATIO: u64 = 1032;
+/// Memory that a table takes for every byte of its text: what is packed may be mostly text of nothing.
+const MEMORY_PER_UNPACKED_BYTE: u64 = 8;
 /// Memory that one input may take where the system does not say what there is.
 const DEFAULT_LIMIT_BYTES: u64 = 4 << 30;
 
@@ -52,13 +54,13 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     if !bytes.starts_with(&GZIP) {
         return Ok(bytes);
     }
-    let limit = memory_limit_bytes();
+    let limit = memory_limit_bytes() / MEMORY_PER_UNPACKED_BYTE;
     let mut unpacked = Vec::new();
-    let mut packed = MultiGzDecoder::new(bytes.as_slice()).take(limit);
+    let mut packed = MultiGzDecoder::new(bytes.as_slice()).take(limit + 1);
     packed.read_to_end(&mut unpacked).map_err(|error| {
         Error::file(FileFault::Damaged, path, format!("is damaged or cut short as a gzip file: {error}"))
     })?;
-    check_memory(path, unpacked.len() as u64)?;
+    check_memory(path, unpacked.len() as u64 * MEMORY_PER_UNPACKED_BYTE)?;
     Ok(unpacked)
 }
 
@@ -81,7 +83,8 @@ fn check_memory(path: &Path, bytes: u64) -> Result<()> {
     if bytes < limit {
         return Ok(());
     }
-    let problem = format!("takes {bytes} bytes, but half of the free memory is {limit}; cut it into parts");
+    let problem =
+        format!("takes {bytes} bytes or more, but half of the free memory is {limit}; cut it into parts");
     Err(Error::file(FileFault::TooLarge, path, problem))
 }
 

@@ -53,7 +53,7 @@ impl ImageFile {
         if let Some(angle) = rotation_deg(path, &header)?.filter(|angle| angle.abs() > 0.1) {
             let path = path.display();
             log::info!(
-                "{path}: the sky is turned by {angle:.1} deg against the pixels; x and y of results are the pixels'"
+                "{path}: north lies {angle:.1} deg from the pixels' y axis, counter-clockwise; x and y of results are the pixels'"
             );
         }
         let psf = extension("PSF")?.map(|unit| read_psf(path, unit, pixel_scale_arcsec)).transpose()?;

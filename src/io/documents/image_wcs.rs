@@ -92,13 +92,22 @@ fn tell_of_distortion(path: &Path, header: &Header) {
     }
 }
 
-/// The angle in degrees by which the sky's y axis is turned against that of the pixels, if the header says so.
+/// Where north (or a latitude's pole) lies in the image, if the header says so: degrees from the pixels' y axis, positive
+/// against the clock as the pixels are drawn, x to the right.
+///
+/// `CROTA2` turns `CDELTi` alone (Calabretta & Greisen 2002, equation 189).
 pub(super) fn rotation_deg(path: &Path, header: &Header) -> Result<Option<f64>> {
-    let Some([[_, b], [_, d]]) = cd_matrix(path, header)?.or(pc_matrix(path, header)?) else {
-        return Ok(None);
-    };
-    let old = fits::number(path, header, "CROTA2")?.unwrap_or(0.0);
-    Ok(Some(b.atan2(d).to_degrees() + old))
+    let stated = cd_matrix(path, header)?;
+    let is_plain = stated.is_none() && matrix(path, header, "PC", 1.0)?.is_none();
+    let Some([first, second]) = stated.or(pc_matrix(path, header)?) else { return Ok(None) };
+    let axis = header.get_string("CTYPE1").map_or("", str::trim);
+    let is_latitude = ["DEC", "GLAT", "ELAT"].iter().any(|name| axis.starts_with(name));
+    let [mut x, mut y] = if is_latitude { first } else { second };
+    if is_plain && let Some(old) = fits::number(path, header, "CROTA2")? {
+        let (sin, cos) = old.to_radians().sin_cos();
+        [x, y] = [first[0] * sin, second[1] * cos];
+    }
+    Ok(Some((-x).atan2(y).to_degrees()))
 }
 
 /// Without the digits that only arithmetic made.
@@ -109,7 +118,7 @@ pub(super) fn rounded(value: f64) -> f64 {
 /// World coordinates in arcsec by pixel coordinates.
 type Matrix = [[f64; 2]; 2];
 
-/// `CDi_j`; beside it, as the standard says, a `CDELTi` without `PCi_j` means nothing.
+/// `CDi_j`; beside it a `CDELTi` of 1 or 0 means nothing.
 fn cd_matrix(path: &Path, header: &Header) -> Result<Option<Matrix>> {
     let Some(matrix) = matrix(path, header, "CD", 0.0)? else { return Ok(None) };
     in_arcsec(path, header, matrix).map(Some)
@@ -129,7 +138,10 @@ fn pc_matrix(path: &Path, header: &Header) -> Result<Option<Matrix>> {
     }
     let (pc, [x, y]) = match (pc, steps) {
         (Some(pc), steps) => (pc, steps.map(|step| step.unwrap_or(1.0))),
-        (None, [Some(x), Some(y)]) if matrix(path, header, "CD", 0.0)?.is_none() => {
+        (None, [Some(x), Some(y)])
+            if matrix(path, header, "CD", 0.0)?.is_none()
+                || [x, y].iter().all(|s| ![0.0, 1.0].contains(s)) =>
+        {
             ([[1.0, 0.0], [0.0, 1.0]], [x, y])
         }
         _ => return Ok(None),
@@ -207,6 +219,38 @@ mod tests {
     }
 
     #[test]
+    fn north_lies_where_every_way_to_state_it_says() {
+        let (step, (sin, cos)) = (0.08 / 3600.0, 20_f64.to_radians().sin_cos());
+        let cd = |[[a, b], [c, d]]: Matrix| [("CD1_1", a), ("CD1_2", b), ("CD2_1", c), ("CD2_2", d)];
+        let turned = [[-step * cos, -step * sin], [-step * sin, step * cos]];
+        let [latitude, longitude] = [turned[1], turned[0]];
+        let old = vec![("CDELT1", -step), ("CDELT2", step), ("CROTA2", 20.0)];
+        let pc = [("PC1_1", cos), ("PC1_2", sin), ("PC2_1", -sin), ("PC2_2", cos)];
+        let north = |keywords: &[(&str, f64)], kinds: [&str; 2]| {
+            let mut header = Header::new();
+            for &(name, value) in keywords {
+                header.set(name, HeaderValue::Float(value), None);
+            }
+            for (name, kind) in ["CTYPE1", "CTYPE2"].into_iter().zip(kinds) {
+                header.set(name, HeaderValue::String(kind.into()), None);
+            }
+            rotation_deg(Path::new("i.fits"), &header).unwrap().unwrap()
+        };
+        let usual = ["RA---TAN", "DEC--TAN"];
+        for keywords in [
+            old.clone(),
+            cd(turned).to_vec(),
+            // CROTA2 beside CD repeats it.
+            [&cd(turned)[..], &old[2..]].concat(),
+            [&pc.map(|(name, value)| (name, value))[..], &[("CDELT1", -step), ("CDELT2", step)]].concat(),
+        ] {
+            assert!((north(&keywords, usual) - 20.0).abs() < 1e-9, "{keywords:?}");
+        }
+        assert!((north(&cd([latitude, longitude]), ["DEC--TAN", "RA---TAN"]) - 20.0).abs() < 1e-9);
+        assert!(north(&cd([[-step, 0.0], [0.0, step]]), usual).abs() < 1e-9);
+    }
+
+    #[test]
     fn every_way_to_state_the_scale_is_understood() {
         let close = |keywords: &[(&str, f64)], unit| {
             let found = scale(keywords, unit).unwrap().unwrap();
@@ -262,6 +306,9 @@ mod tests {
         assert!((both(0.080_04).unwrap().unwrap() - 0.08).abs() < 1e-12);
         let fault = both(0.09).unwrap_err();
         assert!(fault.contains("0.09 arcsec by PIXSCALE contradict each other"), "{fault}");
+        let beside = [("CD1_1", -step), ("CD2_2", step), ("CDELT1", -2.0 * step), ("CDELT2", 2.0 * step)];
+        let fault = scale(&beside, "deg").unwrap_err();
+        assert!(fault.contains("0.08 arcsec by CDi_j and 0.16 arcsec by CDELTi contradict"), "{fault}");
         let two = [
             ("CD1_1", step),
             ("CD2_2", step),

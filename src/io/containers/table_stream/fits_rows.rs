@@ -8,7 +8,7 @@ use flate2::read::MultiGzDecoder;
 
 use super::super::column::Values;
 use super::super::fits_file::{self as fits, BLOCK_BYTES, CARD_BYTES};
-use super::super::table_fits::decode;
+use super::super::table_fits::{self, decode};
 use super::title::ColumnTitle;
 use crate::error::{Error, FileFault, Result};
 
@@ -62,9 +62,9 @@ impl FitsRows {
         if width != row_bytes || width == 0 {
             return Err(damaged(format!("the columns take {width} bytes a row, but NAXIS1 is {row_bytes}")));
         }
-        let title =
-            |column: &BinColumn| ColumnTitle { name: column.name.trim().into(), unit: column.tunit.clone() };
-        let titles = table.columns.iter().map(title).collect();
+        let units = table_fits::column_units(path, &header, &table.columns)?;
+        let title = |(column, unit): (&BinColumn, _)| ColumnTitle { name: column.name.trim().into(), unit };
+        let titles = table.columns.iter().zip(units).map(title).collect();
         let nulls = (1..=table.columns.len()).map(|i| header.get_int(&format!("TNULL{i}"))).collect();
         Ok((titles, row_count, Self { file, columns: table.columns, offsets, nulls, row_bytes }))
     }
