@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Union, cast
 
@@ -95,7 +96,7 @@ class Haloes:
         Returns
         -------
         Haloes
-            In the order of the rows.
+            In the order of the rows; without those at or behind the source, which do nothing, with a warning.
 
         Raises
         ------
@@ -111,7 +112,9 @@ class Haloes:
                 numbers[str(name)] = column(str(name), own)
             else:
                 texts[str(name)] = [str(value) for value in own]
-        return cls(Catalogue.of_columns(number("z_source", z_source), parameters(cosmology), numbers, texts))
+        source = number("z_source", z_source)
+        _leave_out_behind(source, numbers, texts)
+        return cls(Catalogue.of_columns(source, parameters(cosmology), numbers, texts))
 
     @classmethod
     def from_table(cls, table: astropy.table.Table, z_source: float, cosmology: Any = None) -> Haloes:
@@ -127,7 +130,7 @@ class Haloes:
         Returns
         -------
         Haloes
-            In the order of the rows.
+            In the order of the rows; without those at or behind the source, which do nothing, with a warning.
 
         Raises
         ------
@@ -164,7 +167,7 @@ class Haloes:
         Returns
         -------
         Haloes
-            In the order of the rows.
+            In the order of the rows; without those at or behind the source, which do nothing, with a warning.
 
         Raises
         ------
@@ -189,7 +192,7 @@ class Haloes:
         Returns
         -------
         Haloes
-            In the order of the rows.
+            In the order of the rows; without those at or behind the source, which do nothing, with a warning.
 
         Raises
         ------
@@ -386,6 +389,18 @@ class Haloes:
         return texts and all(np.array_equal(self[name], other[name], equal_nan=True) for name in self.colnames)
 
     __hash__ = None  # type: ignore[assignment]
+
+
+def _leave_out_behind(z_source: float, numbers: dict[str, Array], texts: dict[str, list[str]]) -> None:
+    """Leave out haloes at or behind the source; columns of other lengths are told of elsewhere."""
+    z = numbers.get("z", np.empty(0))
+    behind = np.isfinite(z) & (z >= z_source)
+    if not behind.any() or any(len(own) != len(z) for own in (*numbers.values(), *texts.values())):
+        return
+    told = f"left out are {behind.sum()} of {len(z)} haloes at or behind the source (z ≥ {z_source:g})"
+    warnings.warn(f"{told}: they deflect none of its light", stacklevel=3)
+    numbers.update({name: own[~behind] for name, own in numbers.items()})
+    texts.update({name: [value for value, out in zip(own, behind) if not out] for name, own in texts.items()})
 
 
 def _of_objects(values: Any) -> Any:

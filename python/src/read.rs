@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use haloray::io::{AttributeValue, RunFileReader, read_posterior as read_draws};
-use haloray::pipeline::{LosShears, SightScalars};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -41,27 +40,8 @@ fn group(file: &RunFileReader, path: &str) -> haloray::Result<Vec<(String, Node)
     Ok(members)
 }
 
-/// What may be attached to a group beside the numbers of a sight.
-const ATTACHED: [&str; 18] = [
-    "z_source",
-    "lens_cmpc",
-    "source_cmpc",
-    "half_width_arcsec",
-    "kappa_on_axis",
-    "gamma1_on_axis",
-    "gamma2_on_axis",
-    "name",
-    "z",
-    "pixel_scale_arcsec",
-    "background_rms_e_s",
-    "lens_e1",
-    "lens_e2",
-    "source_e1",
-    "source_e2",
-    "source_x_arcsec",
-    "source_y_arcsec",
-    "unit",
-];
+/// What a file says of itself as a whole, which has places of its own in Python.
+const PROVENANCE: [&str; 4] = ["haloray_version", "git_revision", "seed", "config_toml"];
 
 /// The attributes of groups and the units of what they hold, by path.
 #[derive(Default)]
@@ -71,18 +51,24 @@ struct Attached {
 }
 
 impl Attached {
-    fn gather(&mut self, file: &RunFileReader, path: &str, members: &[(String, Node)], scalars: &[String]) {
-        let names = ATTACHED.iter().copied().chain(scalars.iter().map(String::as_str));
-        let found = names.filter_map(|name| Some((name.to_owned(), file.read_attribute(path, name).ok()?)));
-        self.groups.push((path.to_owned(), found.collect()));
+    fn gather(
+        &mut self,
+        file: &RunFileReader,
+        path: &str,
+        members: &[(String, Node)],
+    ) -> haloray::Result<()> {
+        let mut found = file.read_attributes(path)?;
+        found.retain(|(name, _)| path != "/" || !PROVENANCE.contains(&name.as_str()));
+        self.groups.push((path.to_owned(), found));
         for (name, node) in members {
             let full = if path == "/" { name.clone() } else { format!("{path}/{name}") };
             if let Node::Group(members) = node {
-                self.gather(file, &full, members, scalars);
+                self.gather(file, &full, members)?;
             } else if let Ok(AttributeValue::Text(unit)) = file.read_attribute(&full, "unit") {
                 self.units.push((full, unit));
             }
         }
+        Ok(())
     }
 }
 
@@ -127,11 +113,8 @@ pub fn read_groups(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyTuple>
     let (members, toml, attached) = run(py, None, |_| {
         let file = RunFileReader::open(&path)?;
         let members = group(&file, "/")?;
-        let scalars = SightScalars::nothing().quantities(Some(&LosShears::nothing()));
-        let beside = SightScalars::nothing().quantities_beside();
-        let scalars: Vec<String> = scalars.0.into_iter().chain(beside.0).map(|(name, ..)| name).collect();
         let mut attached = Attached::default();
-        attached.gather(&file, "/", &members, &scalars);
+        attached.gather(&file, "/", &members)?;
         Ok((members, file.provenance()?.config_toml, attached))
     })?;
     (

@@ -103,6 +103,21 @@ def test_small_windows_and_planes_behind_the_source_are_told_of():
     assert "SIS at z = 1.6 is not before the source" in two.warnings([{"theta_E": 1.0}] * 2)[0]
 
 
+def test_haloes_behind_the_source_are_left_out_with_a_warning():
+    columns = {
+        "z": np.array([0.5, 1.5, 3.0]),
+        "theta_x_arcsec": np.arange(3.0),
+        "theta_y_arcsec": np.zeros(3),
+        "m200c_msun": np.full(3, 1e12),
+        "c200c": np.full(3, 8.0),
+        "name": ["a", "b", "c"],
+    }
+    with pytest.warns(UserWarning, match="2 of 3 haloes at or behind the source"):
+        haloes = hr.Haloes.from_columns(columns, z_source=1.5)
+    assert len(haloes) == 1 and haloes["z"].tolist() == [0.5] and haloes.to_table()["name"].tolist() == ["a"]
+    assert columns["z"].tolist() == [0.5, 1.5, 3.0], "the user's own is as it was"
+
+
 def test_observations_pickle_and_results_compare():
     observation = hr.Observation(
         np.arange(64.0).reshape(8, 8), pixel_scale_arcsec=0.1, background_rms_e_s=1.0, exposure_s=1.0, psf_fwhm_arcsec=0.2

@@ -361,6 +361,22 @@ def test_the_folders_of_the_command(command):
     assert smoothed.get_ydata().tolist() == [float(row["sigma_gamma_los"]) for row in rows[1:]]
 
 
+def test_what_the_tidal_model_leaves_is_drawn_from_the_folder_of_its_study(command):
+    folder = command("study", "tidal", "small.toml", "--set", "image.pixels=30", "-n", "3", "-o", "tidal") / "tidal"
+    figure = hr.figures.tidal_residuals(folder)
+    maps = [ax for ax in figure.axes if ax.images]
+    assert len(maps) == 4
+    run = hr.read(folder / "residual_maps.h5")
+    for ax, values in zip(maps, (run.groups["rays"]["tidal_arcsec"], run.groups["rays"]["flexion_arcsec"])):
+        assert np.array_equal(ax.images[0].get_array().filled(np.nan), values, equal_nan=True)
+    with open(folder / "residuals.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    (points,) = (line for ax in figure.axes for line in ax.lines if ax.get_xlabel().startswith("rms") and len(line.get_xdata()) == 3)
+    assert points.get_ydata().tolist() == [float(row["flexion_rms_arcsec"]) for row in rows]
+    tidal = run.groups["rays"]["tidal_arcsec"]
+    assert np.sqrt(np.nanmean(tidal**2)) == pytest.approx(float(rows[0]["tidal_rms_arcsec"]), rel=1e-12)
+
+
 def test_studies():
     rng = np.random.default_rng(3)
     deviations = {f"deviation_{name}_sigma": rng.uniform(0.1, 5, 40) for name in ("axis", "ring")}

@@ -257,6 +257,7 @@ def calls(own):
         "figures.reconstruction": (hr.figures.reconstruction, {"fit": own["fit"]}),
         "figures.smoothing": (hr.figures.smoothing, {"table": smoothed}),
         "figures.source_plane": (hr.figures.source_plane, {"fit": own["fit"]}),
+        "figures.tidal_residuals": (hr.figures.tidal_residuals, {"study": "no folder"}),
         "figures.trace": (hr.figures.trace, {"fit": own["posterior"]}),
         **{
             f"figures.{name}": (getattr(hr.figures, name), {"run": run})

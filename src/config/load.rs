@@ -59,6 +59,8 @@ pub fn load(preset: Preset, user: Option<&Path>) -> Result<Config> {
 /// As [`load`]; for what is wrong with an assignment the error names it instead of a file.
 pub fn load_with(preset: Preset, user: Option<&Path>, assignments: &[String]) -> Result<Config> {
     let path = user.unwrap_or(Path::new("preset"));
+    // First: what stands behind `--set KEY VALUE` is taken for the file.
+    let assigned = assignments.iter().map(|one| line_of(one)).collect::<Result<Vec<_>>>()?.join("\n");
     let bytes = user.map_or(Ok(Vec::new()), |path| {
         let found = std::fs::metadata(path).map_err(Error::read(path))?;
         // A pipe or a device may never end.
@@ -71,7 +73,6 @@ pub fn load_with(preset: Preset, user: Option<&Path>, assignments: &[String]) ->
     let no_text =
         |_| Error::Toml { path: path.into(), at: None, problem: "is not a TOML file: not UTF-8 text".into() };
     let text = String::from_utf8(bytes).map_err(no_text)?;
-    let assigned = assignments.iter().map(|one| line_of(one)).collect::<Result<Vec<_>>>()?.join("\n");
     let mut config = resolve(preset, path, &text, &assigned)?;
     // Files named in a configuration lie where it lies.
     if let Some(folder) = user.and_then(Path::parent) {

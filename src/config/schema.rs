@@ -172,6 +172,32 @@ impl Config {
         Ok(())
     }
 
+    /// Why images of this configuration would hardly show what they are made for, in words; empty where nothing does.
+    pub fn image_doubts(&self) -> Vec<String> {
+        /// A part of a ring is an image too; what is so many times larger than the image is a mistake in its unit.
+        const FAR: f64 = 4.0;
+        let (pixel, theta_e) = (self.instrument.pixel_scale_arcsec, self.lens.einstein_radius_arcsec);
+        let (reach, source) = (0.5 * self.image.pixels as f64 * pixel, self.source.radius_arcsec);
+        let reaches = format!("the image reaches {} arcsec from its middle", shortest(reach));
+        let of_lens = format!("lens.einstein_radius_arcsec is {}", shortest(theta_e));
+        let mut doubts = Vec::new();
+        if theta_e > FAR * reach {
+            doubts.push(format!("{of_lens}, but {reaches}: its ring lies far outside"));
+        } else if theta_e > 0.0 && pixel > theta_e {
+            doubts.push(format!(
+                "{of_lens}, but pixels have {} arcsec: no ring can be seen in them",
+                shortest(pixel)
+            ));
+        }
+        if source > FAR * reach {
+            doubts.push(format!(
+                "source.radius_arcsec is {}, but {reaches}: its light fills all of it",
+                shortest(source)
+            ));
+        }
+        doubts
+    }
+
     /// Checks every number; names are dotted key paths so that [`super::load`] can add the line.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ impl Error {
                 "sheth99 and press74 go with mass_definition = \"fof\", tinker08 with \"200c\""
             }
             Self::OutOfRange { .. } | Self::Toml { .. } => {
-                "`haloray schema` lists every key of a configuration with its unit and meaning"
+                "`haloray schema KEY` explains a key of a configuration, `haloray schema all` every one"
             }
             Self::ModelName { .. } => "`haloray fit --list` explains the built-in models",
             Self::Model { .. } => {
@@ -43,7 +43,9 @@ impl Error {
             Self::File { fault: FileFault::UnknownFormat, .. } => {
                 "tables are .csv, .h5 or .fits files; images are .fits files, lens models .json (`haloray lens --help`)"
             }
-            Self::File { fault: FileFault::Damaged, .. } => "the file is damaged; make or copy it again",
+            Self::File { fault: FileFault::Damaged, .. } => {
+                "the file is damaged, or of a rare kind that is not read; make or copy it again"
+            }
             Self::File { fault: FileFault::TooLarge, .. } => {
                 "what a file declares is compared with its size and the free memory before it is read"
             }
@@ -54,7 +56,7 @@ impl Error {
                 "check the path and its permissions; files named in a configuration are looked for beside it"
             }
             Self::OutputPlace { .. } => {
-                "choose another place with -o; its parent folder must exist and be writable"
+                "choose another place (-o, in Python output); its parent folder must exist and be writable"
             }
             Self::Write { .. } => "is the disk full?",
             Self::Cancelled => "the same command begins again, or continues where it can",

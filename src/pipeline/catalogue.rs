@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::one_core_each::one_core_each;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
 use crate::inference::model::{CompiledModel, ModelDescription};
 use crate::inference::sample::SamplerSettings;
@@ -43,11 +43,31 @@ impl CatalogueSettings {
     }
 }
 
+/// The models, ready to be fitted.
+///
+/// # Errors
+/// Models that cannot be compiled, or that know no γ_LOS.
+pub fn compiled_with_shear(models: &[ModelDescription]) -> Result<Vec<CompiledModel>> {
+    let compiled = |description: &ModelDescription| {
+        let model = CompiledModel::new(description)?;
+        let quantities = model.quantities();
+        let is_there = |wanted: &&str| quantities.iter().any(|own| own.name == **wanted);
+        match ShearRecovery::PARAMETERS.iter().all(is_there) {
+            true => Ok(model),
+            false => {
+                let allowed = "one with gamma1_los and gamma2_los among its parameters";
+                Err(Error::out_of_range("model", &description.name, allowed))
+            }
+        }
+    };
+    models.iter().map(compiled).collect()
+}
+
 /// Fits the pairs (image, model) of `tasks`, those early in the list first; `ended` sees each fit as it ends, or why there
 /// is none, with its seconds.
 ///
 /// # Errors
-/// Models that cannot be compiled, and those of `ended`, which decides what becomes of an image that cannot be fitted.
+/// Those of [`compiled_with_shear`] and of `ended`, which decides what becomes of an image that cannot be fitted.
 pub fn fit_catalogue(
     images: &[CatalogueImage],
     models: &[ModelDescription],
@@ -57,7 +77,7 @@ pub fn fit_catalogue(
     ended: impl Fn((usize, usize), Result<ShearRecovery>, f64) -> Result<()> + Sync,
 ) -> Result<()> {
     let monitor = &Uncounted(monitor);
-    let compiled: Vec<CompiledModel> = models.iter().map(CompiledModel::new).collect::<Result<_>>()?;
+    let compiled = compiled_with_shear(models)?;
     one_core_each(tasks.len() as u64, |i| {
         let (image, model) = tasks[i as usize];
         let image = &images[image];

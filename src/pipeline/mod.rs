@@ -30,7 +30,7 @@ pub use advantage::{Advantage, Table1Image, advantage, table1_image};
 pub use calibration::{
     Calibration, CalibrationFit, ParameterCalibration, RANK_BINS, RANKED_DRAWS, calibration_of,
 };
-pub use catalogue::{CatalogueImage, CatalogueSettings, fit_catalogue};
+pub use catalogue::{CatalogueImage, CatalogueSettings, compiled_with_shear, fit_catalogue};
 pub use cut_study::{CutRow, cut_study};
 pub use fitted_shear::FittedShear;
 pub use halo_choices::{HaloChoice, halo_choices};

@@ -32,7 +32,7 @@ pub struct FitSummary {
     pub sampler: String,
     /// Seed.
     pub seed: u64,
-    /// True if the model describes the image: neither χ² nor the largest smoothed residual is improbable.
+    /// True if the model describes the image: neither χ², too large or too small, nor the largest smoothed residual is improbable.
     pub good_fit: bool,
     /// True if R-hat < 1.01 and ESS > 400 for every quantity.
     pub converged: bool,

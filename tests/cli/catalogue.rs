@@ -108,6 +108,13 @@ fn what_cannot_be_fitted_is_named_and_left_out() {
     let none = folder.haloray("study catalogue . --models steep.toml -o none --first 1");
     assert_eq!(none.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&none.stderr).contains("number of fits is 0"));
+    let small = std::fs::read_to_string(folder.path("small.toml")).unwrap();
+    let lines = small.lines().filter(|line| !line.contains("gamma2_los")).collect::<Vec<_>>().join("\n");
+    assert_ne!(lines, small.trim_end());
+    std::fs::write(folder.path("blind.toml"), lines).unwrap();
+    let blind = "study catalogue . --models blind.toml -o none";
+    folder.check_failure(2, &folder.haloray(blind), blind, &["gamma1_los and gamma2_los among"]);
+    assert!(!folder.path("none").exists());
 }
 
 #[test]

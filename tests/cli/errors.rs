@@ -131,7 +131,7 @@ fn haloes_outside_their_domain_are_refused_with_line_and_column() {
     let angles = |row: &str| format!("{HALOES}{row}\n");
     let masses = |row: &str| format!("# mine\n{HEAVY}{row}\n");
     let cases: [(String, &[&str]); 13] = [
-        (angles("1.5,1,2,3,0.1"), &["line 3, column z: 1.5", "above 0 and below 1.5 (z_source)"]),
+        (angles("inf,1,2,3,0.1"), &["line 3, column z: inf", "finite numbers only"]),
         (angles("0,1,2,3,0.1"), &["line 3, column z: 0", "above 0"]),
         (angles("-0.1,1,2,3,0.1"), &["line 3, column z: -0.1", "above 0"]),
         (angles("0.5,1,2,-3,0.1"), &["line 3, column r_s_arcsec: -3", "positive"]),
@@ -378,7 +378,7 @@ fn two_words_on_the_same_key_and_words_without_effect_are_refused() {
 fn a_file_of_the_users_own_is_replaced_on_request_alone() {
     let folder = folder();
     fs::write(folder.path("rays.csv"), "my notes").unwrap();
-    let wanted = "cannot write to rays.csv: it is there already, and no unchanged file of haloray; give another name, or --overwrite";
+    let wanted = "cannot write to rays.csv: it is there already, and no unchanged file of haloray; give another name, or allow it";
     refuses(&folder, TRACE, &[wanted]);
     assert!(folder.haloray(&format!("{TRACE} --overwrite")).status.success());
     assert!(folder.haloray(TRACE).status.success(), "its own file is replaced");

@@ -291,13 +291,24 @@ fn a_fit_says_whether_its_model_describes_the_image() {
     let arguments = "fit image.fits --model small.toml --truth truth.json -o fit";
     let wanted = ["truth.json", "the fit has no lens.mass", "lens.theta_E"];
     folder.check_failure(2, &folder.haloray(arguments), arguments, &wanted);
+    let twice = r#"{"lens.theta_E": 1.1, "lens.theta_E": 1.2}"#;
+    std::fs::write(folder.path("truth.json"), twice).unwrap();
+    folder.check_failure(
+        2,
+        &folder.haloray(arguments),
+        arguments,
+        &["truth.json", "lens.theta_E stands there twice"],
+    );
     let output = folder.haloray("fit image.fits --model small.toml --max-draws 40 -o fit");
     let (summary, stdout) = (summary(&folder, "fit"), String::from_utf8_lossy(&output.stdout).into_owned());
     assert_eq!(summary["good_fit"], false, "{summary}");
     assert!(summary["p_value"].as_f64().unwrap() < 1e-3);
     assert!(summary["largest_residual_sigma"].as_f64().unwrap() > 6.0, "{summary}");
     let first = |text: &str| stdout.find(text).unwrap_or_else(|| panic!("no {text}: {stdout}"));
-    assert!(first("DOES NOT DESCRIBE THE IMAGE") < first("median"), "{stdout}");
+    assert!(
+        first("NOT A GOOD FIT") < first("median") && first("does not describe the image") < first("median"),
+        "{stdout}"
+    );
     let figure = std::fs::read_to_string(folder.path("fit/corner.svg")).unwrap();
     assert!(figure.contains("Not a good fit"));
 }

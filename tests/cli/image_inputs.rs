@@ -47,6 +47,37 @@ fn an_image_is_the_same_packed_in_an_extension_and_by_another_wcs() {
 }
 
 #[test]
+fn what_is_not_used_may_be_packed_in_any_way_and_the_scale_may_stand_in_the_primary_header() {
+    const BLOCK: usize = 2880;
+    let folder = folder(&["image_ok.fits", "hcompress_1.fits.fz", "sci_silent.fits"]);
+    let read = |name: &str| fs::read(folder.path(name)).unwrap();
+    // The primary unit of the packed file is one empty block.
+    let packed = read("hcompress_1.fits.fz").split_off(BLOCK);
+    fs::write(folder.path("both.fits"), [read("image_ok.fits"), packed].concat()).unwrap();
+    let ok = ImageFile::read(&folder.path("image_ok.fits")).unwrap();
+    assert_eq!(ImageFile::read(&folder.path("both.fits")).unwrap().data, ok.data);
+
+    let mut bytes = read("sci_silent.fits");
+    let cards = |bytes: &[u8], name: &str| -> Vec<usize> {
+        (0..bytes.len()).step_by(80).filter(|&at| bytes[at..].starts_with(name.as_bytes())).collect()
+    };
+    let scale = ["CDELT1", "CDELT2", "CD1_1", "CD2_2", "PIXSCALE"].map(|name| cards(&bytes, name)).concat();
+    assert!(!scale.is_empty() && scale.iter().all(|at| *at >= BLOCK), "{scale:?}");
+    for at in scale {
+        bytes[at..at + 8].copy_from_slice(b"COMMENT ");
+    }
+    fs::write(folder.path("without.fits"), &bytes).unwrap();
+    let error = ImageFile::read(&folder.path("without.fits")).unwrap_err().to_string();
+    assert!(error.contains("has no pixel scale"), "{error}");
+    let end = cards(&bytes, "END     ")[0];
+    assert!(end + 160 <= BLOCK);
+    bytes[end..end + 80].copy_from_slice(format!("{:<80}", "PIXSCALE=                  0.1").as_bytes());
+    bytes[end + 80..end + 160].copy_from_slice(format!("{:<80}", "END").as_bytes());
+    fs::write(folder.path("above.fits"), &bytes).unwrap();
+    assert!((ImageFile::read(&folder.path("above.fits")).unwrap().pixel_scale_arcsec - 0.1).abs() < 1e-12);
+}
+
+#[test]
 fn images_that_say_too_little_or_too_much_are_refused() {
     let folder = folder(&[
         "sci_alone.fits",

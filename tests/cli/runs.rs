@@ -272,7 +272,14 @@ fn a_folder_belongs_to_one_run_and_a_user_keeps_what_is_the_users() {
     succeeds(&folder, &format!("{command} --overwrite"));
     fs::write(folder.path("run/notes.txt"), "mine").unwrap();
     // Another command into the same folder: the run's own files go, the notes stay.
-    succeeds(&folder, "image small.toml -o run");
+    let other = folder.haloray("image small.toml -o run");
+    let said = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(
+        other.status.success()
+            && said.contains("note: run: an earlier run's ")
+            && said.contains("more files"),
+        "{said}"
+    );
     assert!(folder.path("run/image.fits").is_file() && !folder.path("run/run.h5").exists());
     assert!(!folder.path("run/figures").exists());
     assert_eq!(fs::read_to_string(folder.path("run/notes.txt")).unwrap(), "mine");
@@ -321,10 +328,10 @@ fn settings_follow_or_are_refused() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && stderr.contains("κ has no bound"), "{stderr}");
     assert!(String::from_utf8_lossy(&output.stdout).contains("sheets: on-axis, κ = −"), "{output:?}");
-    let command = "image --set haloes.catalogue=haloes.csv --set image.pixels=8 -o image.fits";
+    let command = "image --set haloes.catalogue=haloes.csv --set image.pixels=12 -o image.fits";
     folder.check_failure(2, &folder.haloray(command), command, &["must be off the axis ray"]);
     fs::write(folder.path("near.csv"), haloes.replace("0.5,0,0", "0.5,0.001,0")).unwrap();
-    let output = folder.haloray("image --set haloes.catalogue=near.csv --set image.pixels=8 -o image.fits");
+    let output = folder.haloray("image --set haloes.catalogue=near.csv --set image.pixels=12 -o image.fits");
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && stderr.contains("κ has no bound"), "{output:?}");
     let none = succeeds(

@@ -1,4 +1,4 @@
-"""Opens the site in Chromium: its search answers ten tasks of a newcomer, nothing overflows, nothing fails, axe is content.
+"""Opens the site in Chromium: its search answers a newcomer's questions, nothing overflows, nothing fails, axe is content.
 
 python3 tests/site/browse.py target/site [SHOTS]   (Playwright's Python package and axe-playwright-python; Debian's `chromium`)
 Leaves screenshots of all pages in SHOTS, to be looked at.
@@ -22,6 +22,12 @@ TASKS = {
     "export lenstronomy": "howto/export_to_lenstronomy",
     "another telescope": "howto/another_telescope",
     "10,000 sightlines cluster": "tutorials/thousand_sightlines",
+    # In words of their own, of which no page has all.
+    "sweep parameters of the lens": "howto/vary_the_lens",
+    "JWST depth": "howto/another_telescope",
+    "install haloray": "start",
+    "uninstall": "start",
+    "simulate telescope xyzzy": "howto/another_telescope",
 }
 # The search says so when it has ended.
 ENDED = "document.querySelector('.search-summary')?.textContent.match(/found|did not match/)"

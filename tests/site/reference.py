@@ -86,7 +86,7 @@ def configuration(binary):
         "# Configuration",
         "A configuration is a TOML file laid over a preset: it holds only the keys that it changes. "
         "`--set haloes.min_point_shear=1e-5` sets one on the command line; in Python it is a dictionary of dictionaries. "
-        "`haloray schema --preset paper` prints a complete file, `haloray schema` the JSON schema that editors use. "
+        "`haloray schema KEY` explains a key in the terminal, `haloray schema --preset paper` prints a complete file, `haloray schema` the JSON schema that editors use. "
         "— stands where a preset leaves a key out. A key's unit is the end of its name; none is a pure number.",
         "\n".join(rows(plain)),
     ]

@@ -19,8 +19,9 @@ of an ensemble              :func:`distributions`, :func:`joint`, :func:`settlin
 of studies                  :func:`calibration`, :func:`cut`, :func:`deviations`, :func:`recovery`,
                             :func:`recovery_histograms`, :func:`recovery_quality`, :func:`expected`,
                             :func:`smoothing`
-of the tidal approximation  :func:`validity_fitted_shears`, :func:`validity_coverage`, :func:`validity_excess`,
-                            :func:`validity_failing`, :func:`validity_delays`, :func:`validity_haloes`
+of the tidal approximation  :func:`tidal_residuals`, :func:`validity_fitted_shears`, :func:`validity_coverage`,
+                            :func:`validity_excess`, :func:`validity_failing`, :func:`validity_delays`,
+                            :func:`validity_haloes`
 ==========================  =========================================================================================
 """
 
@@ -32,7 +33,15 @@ from ._images import exposure, images, mosaic
 from ._lens import curves, overlay
 from ._maps import flexion_maps, tidal_maps
 from ._run import cylinder, histograms, mass_function
-from ._studies import calibration, cut, deviations, recovery, recovery_histograms, recovery_quality
+from ._studies import (
+    calibration,
+    cut,
+    deviations,
+    recovery,
+    recovery_histograms,
+    recovery_quality,
+    tidal_residuals,
+)
 from ._validity import (
     validity_coverage,
     validity_delays,
@@ -69,6 +78,7 @@ __all__ = [
     "smoothing",
     "source_plane",
     "tidal_maps",
+    "tidal_residuals",
     "trace",
     "validity_coverage",
     "validity_delays",

@@ -8,9 +8,29 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .._drawing.labels import symbol_of
-from .._drawing.style import BLACK, BLUE, CYCLE, GREY, ORANGE, RED, finite, outline, panels, single, steps, styled, text
+from .._drawing.style import (
+    BLACK,
+    BLUE,
+    CYCLE,
+    GREY,
+    ORANGE,
+    RED,
+    bar,
+    circle,
+    finite,
+    log_norm,
+    outline,
+    panels,
+    raster,
+    single,
+    steps,
+    styled,
+    symmetric,
+    text,
+)
+from .._read import folder_file
 from .._units import Array
-from ._saved import columns_of, json_of
+from ._saved import columns_of, group_of, half_of, json_of, run_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,6 +75,56 @@ def deviations(table: Any, ax: Axes | None = None) -> Axes:
 
 def _plain(name: str) -> str:
     return name.removeprefix("deviation_").removesuffix("_sigma").replace("_", " ")
+
+
+@styled
+def tidal_residuals(study: Any, figure: Figure | SubFigure | None = None) -> Any:
+    """Draw what the tidal and flexion models leave: of the rays and the image of one sightline, and of all sightlines.
+
+    Parameters
+    ----------
+    study : path
+        The folder of ``haloray study tidal``.
+    figure : matplotlib Figure or SubFigure, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Figure or SubFigure
+        What was drawn into.
+
+    Raises
+    ------
+    OSError
+        No such file.
+    """
+    own, maps = columns_of(study, "residuals.csv"), run_of(folder_file(study, "residual_maps.h5"))
+    rays, image = group_of(maps, "rays"), group_of(maps, "image")
+    node, radius = (maps.attributes["rays"][name] for name in ("half_width_arcsec", "einstein_radius_arcsec"))
+    models = ("tidal", "flexion")
+    n, norm = len(rays["tidal_arcsec"]), log_norm([rays[f"{model}_arcsec"] for model in models], 0.99)
+    pixels = half_of(len(image["tidal_over_noise"]), maps.attributes["image"]["pixel_scale_arcsec"])
+    figure, axes = panels(figure, 2, 3, 1.0, extra_mm=18.0)
+    for i, model in enumerate(models):
+        shown = raster(axes[0, i], rays[f"{model}_arcsec"], node * n / (n - 1), norm, "magma", i == 0)
+        bar(figure, shown, axes[0, i], f"|β − β_{{{model}}}| [arcsec]")
+        circle(axes[0, i], radius, "magma")
+        # In a stretch of its own: the two differ by orders of magnitude.
+        values = image[f"{model}_over_noise"]
+        shown = raster(axes[1, i], values, pixels, symmetric(values), "RdBu_r", i == 0)
+        bar(figure, shown, axes[1, i], f"(image − image_{{{model}}})/σ")
+    for ax, name, what, unit in (
+        (axes[0, 2], "{}_rms_arcsec", "rms", " [arcsec]"),
+        (axes[1, 2], "{}_image_chi2", "image χ^{2}", ""),
+    ):
+        tidal, flexion = (own[name.format(model)] for model in models)
+        both = finite([tidal, flexion])
+        ends = [both[both > 0.0].min(), both.max()]
+        ax.plot(ends, ends, ls="--", lw=0.8, color=BLACK, label="equal")
+        ax.plot(tidal, flexion, ls="", marker="o", ms=2.4, mew=0, alpha=0.8, color=BLUE, label="one cone each")
+        ax.set(xscale="log", yscale="log", xlabel=text(f"{what}, tidal{unit}"), ylabel=text(f"{what}, flexion{unit}"))
+        ax.legend(loc="upper left")
+    return figure
 
 
 @styled

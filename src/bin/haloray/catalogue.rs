@@ -11,7 +11,7 @@ use haloray::io::{
     read_truth_table, write_recovery,
 };
 use haloray::mock::ShearRecovery;
-use haloray::pipeline::{CatalogueImage, CatalogueSettings, fit_catalogue};
+use haloray::pipeline::{CatalogueImage, CatalogueSettings, compiled_with_shear, fit_catalogue};
 use haloray::report::{
     CatalogueReport, RunRecord, result_text, stage_figure, stage_json, stage_page, stage_text,
 };
@@ -73,6 +73,7 @@ pub struct CatalogueArgs {
 pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
     let output = args.output.clone().unwrap_or_else(|| args.folder.join("study"));
     let models: Vec<ModelDescription> = args.models.iter().map(|m| description(m)).collect::<Result<_>>()?;
+    compiled_with_shear(&models)?;
     let settings = CatalogueSettings {
         sampler: limited(args.sampler.settings(), args.max_draws)?,
         pixel_sampling: args.pixel_sampling.map(PixelSampling::from),
@@ -91,7 +92,6 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
             Ok(CatalogueImage { name: truth.image.clone(), observation, pixel_sampling })
         })
         .collect::<Result<Vec<_>>>()?;
-    std::fs::create_dir_all(&output).map_err(|source| Error::OutputPlace { path: output.clone(), source })?;
     let staging = begin(&output, &["fits.csv", "table.md", "result.md", "scores.json"], bars)?;
     bars.keeps("the fits that have ended", &output.join("fits"));
 

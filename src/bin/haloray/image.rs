@@ -40,6 +40,7 @@ const FILES: [&str; 5] = ["image.fits", "image_noise_free.fits", "image.svg", "i
 
 pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let config = args.sight.resolve()?;
+    config.image_doubts().iter().for_each(crate::terminal::warn);
     let psf = psf(&config)?;
     let imported = imported_haloes(&config, args.sight.sightline(), bars)?;
     let provenance = provenance(&config, args.sight.sightline())?;

@@ -176,6 +176,10 @@ fn report_arguments(refused: &clap::Error) -> ExitCode {
         return ExitCode::from(if refused.use_stderr() { 2 } else { 0 });
     }
     let text = refused.render().to_string();
+    // How to pass an unknown option as a value, which nobody wants here.
+    let is_tip = |line: &&str| line.trim_start().starts_with("tip: to pass '");
+    let text =
+        text.lines().filter(|line| !is_tip(line)).collect::<Vec<_>>().join("\n").replace("\n\n\n", "\n\n");
     let text = text.trim_end().trim_end_matches("For more information, try '--help'.").trim_end();
     let _ = writeln!(std::io::stderr(), "{text}\nhint: `--help` after the subcommand explains its arguments");
     ExitCode::from(2)

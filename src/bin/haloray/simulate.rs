@@ -61,6 +61,7 @@ pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
     let mut config = args.settings.resolve()?;
     args.tracing.apply(&mut config);
     config.diagnostics.critical_curves |= args.curves;
+    config.image_doubts().iter().for_each(crate::terminal::warn);
     let psf = psf(&config)?;
     let provenance = provenance(&config, args.sightline.number)?;
     let staging =

@@ -1,10 +1,11 @@
 //! `haloray study`: experiments over many sightlines.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use haloray::Result;
-use haloray::io::{Column, RAYS_GROUP, Table};
+use haloray::config::Config;
+use haloray::io::{AttributeValue, Column, Provenance, RAYS_GROUP, RunFile, Table};
 use haloray::pipeline::{ImageResidual, TidalResidual, rms, tidal_residual, tidal_study};
 use haloray::report::{markdown_table, number_text, result_text, stage_figure, tidal_residual_figure};
 
@@ -40,7 +41,8 @@ enum Study {
 ///
 /// For each sightline the rays of the [maps] grid are traced through haloes and main lens and compared with the full
 /// tidal model and the flexion model whose tensors are those of the axis ray; nothing is fitted. Rays within 0.4
-/// Einstein radii of the lens centre are left out. Writes residuals.csv, a figure and result.md.
+/// Einstein radii of the lens centre are left out. Writes residuals.csv, the maps of the first
+/// sightline (residual_maps.h5), a figure and result.md.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  haloray study tidal -n 100 -o tidal_study")]
 struct TidalArgs {
@@ -79,7 +81,7 @@ fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     let provenance = provenance(&config, 0)?;
     let staging = begin(
         &args.output,
-        &["residuals.csv", "tidal_residuals.svg", "tidal_residuals.png", "result.md"],
+        &["residuals.csv", RESIDUAL_MAPS, "tidal_residuals.svg", "tidal_residuals.png", "result.md"],
         bars,
     )?;
     let command = format!("study tidal, all haloes: {}\n{}", args.all_haloes, provenance.config_toml);
@@ -90,6 +92,7 @@ fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     };
     let table = residual_table(&rows)?;
     staging.write("residuals.csv", |path| table.write(path, RAYS_GROUP, &provenance))?;
+    staging.write(RESIDUAL_MAPS, |path| write_residual_maps(path, &config, &rows[0], &provenance))?;
     stage_figure(&staging, "tidal_residuals", || tidal_residual_figure(&config, &rows).map(Some))?;
     let shows = "residuals in β and in the image of the first sightline, and the rms and χ² of all";
     let all_haloes = if args.all_haloes { "--all-haloes" } else { "" };
@@ -103,6 +106,41 @@ fn run_tidal(args: &TidalArgs, bars: &Bars) -> Result<()> {
     finish_study(staging, &result_text(&summary(&rows), &[("tidal_residuals", shows)]), &record, bars)?;
     saved.remove();
     Ok(())
+}
+
+/// What `tidal_residuals.svg` shows of the first sightline.
+const RESIDUAL_MAPS: &str = "residual_maps.h5";
+
+fn write_residual_maps(
+    path: &Path,
+    config: &Config,
+    first: &TidalResidual,
+    provenance: &Provenance,
+) -> Result<()> {
+    let file = RunFile::create(path, provenance)?;
+    let (rays, image) = (&first.grid, &first.image);
+    for (model, of_rays, of_image) in [
+        ("tidal", &first.tidal_arcsec, &image.tidal_over_noise),
+        ("flexion", &first.flexion_arcsec, &image.flexion_over_noise),
+    ] {
+        let about = format!("|β_traced − β_{model}|; no number near the lens centre");
+        file.write_with_gaps(
+            "rays",
+            &format!("{model}_arcsec"),
+            of_rays,
+            &[rays.points; 2],
+            "arcsec",
+            &about,
+        )?;
+        let pixels = (image.grid.pixels(), image.grid.pixels());
+        let about = format!("(noise-free image through haloes − image of the {model} model)/σ");
+        file.write_2d("image", &format!("{model}_over_noise"), of_image, pixels, "", &about)?;
+    }
+    file.attribute("/", "sightline", AttributeValue::U64(first.sightline))?;
+    file.attribute("rays", "half_width_arcsec", rays.half_width_arcsec)?;
+    file.attribute("rays", "einstein_radius_arcsec", config.lens.einstein_radius_arcsec)?;
+    file.attribute("image", "pixel_scale_arcsec", image.grid.pixel_scale_arcsec())?;
+    file.close()
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -24,7 +24,7 @@ pub struct Goodness {
     pub largest_residual_at_arcsec: [f64; 2],
     /// Probability that any of the pixels in use reaches that, were the model true.
     pub largest_residual_p_value: f64,
-    /// True if neither probability is below [`P_VALUE_LIMIT`].
+    /// True if neither probability is below [`P_VALUE_LIMIT`], and χ² not too small for the noise that is stated.
     pub good_fit: bool,
 }
 
@@ -42,20 +42,30 @@ impl Goodness {
         let largest_residual_sigma = smoothed.get(at).map_or(0.0, |&value| size(value));
         let trials = likelihood.observation().pixels_in_use() as f64;
         let largest_residual_p_value = (2.0 * trials * ndtr(-largest_residual_sigma)).min(1.0);
-        let good_fit = p_value >= P_VALUE_LIMIT && largest_residual_p_value >= P_VALUE_LIMIT;
-        Self {
+        let mut goodness = Self {
             p_value,
             largest_residual_sigma,
             largest_residual_at_arcsec: grid.theta_arcsec()[at],
             largest_residual_p_value,
-            good_fit,
-        }
+            good_fit: true,
+        };
+        goodness.good_fit = !goodness.misses_the_image() && !goodness.is_too_close();
+        goodness
+    }
+
+    fn misses_the_image(&self) -> bool {
+        self.p_value < P_VALUE_LIMIT || self.largest_residual_p_value < P_VALUE_LIMIT
+    }
+
+    /// χ² smaller than noise of the stated size makes it: no model can be told from a better one then.
+    fn is_too_close(&self) -> bool {
+        1.0 - self.p_value < SMALL_LIMIT
     }
 
     /// What is wrong, in words; empty where nothing is.
     pub fn doubts(&self, chi2_reduced: f64) -> Vec<String> {
         let mut doubts = Vec::new();
-        if !self.good_fit {
+        if self.misses_the_image() {
             let [x, y] = self.largest_residual_at_arcsec.map(|at| format!("{at:.2}").replace('-', "−"));
             let probability = match self.p_value {
                 p if p < P_VALUE_LIMIT => format!("below {P_VALUE_LIMIT}"),
@@ -68,9 +78,10 @@ impl Goodness {
                 self.largest_residual_sigma
             ));
         }
-        if 1.0 - self.p_value < SMALL_LIMIT {
+        if self.is_too_close() {
             doubts.push(format!(
-                "χ²/dof {chi2_reduced:.3} is too small for noise as large as BKGRMS and EXPTIME say: intervals are too wide"
+                "χ²/dof {chi2_reduced:.2e} is too small for noise as large as BKGRMS and EXPTIME say: whether the model describes \
+                 the image cannot be told, and intervals are too wide"
             ));
         }
         doubts
@@ -125,6 +136,26 @@ mod tests {
             count += smooth.iter().filter(|s| s.is_finite()).count();
         }
         assert!((sum / count as f64 - 1.0).abs() < 0.05, "{}", sum / count as f64);
+    }
+
+    #[test]
+    fn neither_a_miss_nor_a_chi_squared_below_the_noise_is_a_good_fit() {
+        let of = |p_value, largest_residual_p_value| Goodness {
+            p_value,
+            largest_residual_sigma: 3.0,
+            largest_residual_at_arcsec: [0.5, -1.0],
+            largest_residual_p_value,
+            good_fit: false,
+        };
+        assert!(of(0.5, 1.0).doubts(1.0).is_empty());
+        for (goodness, word) in [
+            (of(1e-4, 1.0), "does not describe the image"),
+            (of(0.5, 1e-4), "does not describe the image"),
+            (of(1.0, 1.0), "9.00e-6 is too small for noise"),
+        ] {
+            let doubts = goodness.doubts(9e-6);
+            assert!(doubts.len() == 1 && doubts[0].contains(word), "{doubts:?}");
+        }
     }
 
     #[test]

@@ -5,15 +5,14 @@ use std::path::Path;
 use fitskit::checksum::{checksum, encode_checksum};
 use fitskit::{BinTable, CompressedImage, FitsFile, Hdu, HduData, Header, HeaderValue, ImageData, Keyword};
 
+use super::fits_header::{CARD_BYTES, declared_bytes, parsed_header};
 use super::input_file;
-use super::packed_image::{MAX_COUNT, decompress, other_method};
+use super::packed_image::{decompress, other_method};
 use super::provenance::Provenance;
 use crate::error::{Error, FileFault, Result};
 
 /// FITS files consist of blocks of this many bytes.
 pub(super) const BLOCK_BYTES: usize = 2880;
-/// A header consists of cards of this many bytes.
-pub(super) const CARD_BYTES: usize = 80;
 /// The keyword of what haloray wrote.
 const VERSION_KEYWORD: &str = "HALORAY";
 /// Characters of a configuration line on one HISTORY card.
@@ -37,7 +36,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Hdu>> {
     }
     let mut units = Vec::new();
     let mut rest = bytes.as_slice();
-    while !rest.is_empty() {
+    while !is_padding(rest) {
         let (unit, length) = read_unit(rest, units.len()).map_err(|Problem { fault, text }| {
             Error::file(fault, path, format!("HDU {}: {text}", units.len()))
         })?;
@@ -45,6 +44,11 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Hdu>> {
         rest = rest.get(length..).unwrap_or_default();
     }
     Ok(units)
+}
+
+/// True where nothing follows but what old tapes and copies fill up with.
+fn is_padding(rest: &[u8]) -> bool {
+    rest.iter().all(|byte| [0, b' '].contains(byte))
 }
 
 /// What is wrong with a unit: it is damaged, unless another kind is said.
@@ -68,6 +72,10 @@ impl From<&str> for Problem {
 /// One unit from the front of `bytes`, and its length with padding.
 fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), Problem> {
     let truncated = || String::from("the file is truncated");
+    if index > 0 && !bytes.starts_with(b"XTENSION") {
+        let text = format!("the last {} bytes of the file are no extension; cut them off", bytes.len());
+        return Err(Problem { fault: FileFault::Content, text });
+    }
     let cards = bytes.chunks_exact(CARD_BYTES);
     let end = cards.take_while(|card| card.trim_ascii_end() != b"END").count() * CARD_BYTES;
     let data_start = (end + CARD_BYTES).next_multiple_of(BLOCK_BYTES);
@@ -87,52 +95,14 @@ fn read_unit(bytes: &[u8], index: usize) -> std::result::Result<(Hdu, usize), Pr
         Some("BINTABLE") => {
             let table = BinTable::from_header_and_data(&header, data).map_err(|error| error.to_string())?;
             match CompressedImage::detect(&header) {
-                true => match other_method(&header) {
-                    Some(text) => return Err(Problem { fault: FileFault::Content, text }),
-                    None => HduData::Image(decompress(&header, &table, data.len())?),
-                },
+                true if other_method(&header).is_some() => HduData::Empty,
+                true => HduData::Image(decompress(&header, &table, data.len())?),
                 false => HduData::BinTable(table),
             }
         }
         Some(_) => HduData::Empty,
     };
     Ok((Hdu::new(header, data), (data_start + length).next_multiple_of(BLOCK_BYTES)))
-}
-
-/// A header of whole blocks, its sizes checked; what is wrong with it otherwise.
-pub(super) fn parsed_header(header: &[u8]) -> std::result::Result<Header, String> {
-    if !header.iter().all(|byte| (b' '..=b'~').contains(byte)) {
-        return Err("the header holds characters other than printable ASCII".into());
-    }
-    let header = Header::read_from(&mut &header[..]).map_err(|error| error.to_string())?;
-    for (name, limit) in [("NAXIS", MAX_COUNT), ("TFIELDS", MAX_COUNT), ("PCOUNT", i64::MAX), ("GCOUNT", 1)] {
-        if let Some(value) = header.get_int(name).filter(|value| !(0..=limit).contains(value)) {
-            return Err(format!("{name} is {value}, but must lie between 0 and {limit}"));
-        }
-    }
-    Ok(header)
-}
-
-/// Bytes of data that a header declares: those of the standard, multiplied without overflow.
-pub(super) fn declared_bytes(header: &Header) -> std::result::Result<u128, String> {
-    let natural = |name: &str| match header.get_int(name) {
-        Some(value) => {
-            u128::try_from(value).map_err(|_| format!("{name} is {value}, but must not be negative"))
-        }
-        None => Err(format!("{name} is missing, or no integer")),
-    };
-    let bits = header.get_int("BITPIX").filter(|bits| [8, 16, 32, 64, -32, -64].contains(bits));
-    let bits = bits.ok_or("BITPIX is not one of 8, 16, 32, 64, -32, -64")?.unsigned_abs();
-    let axes = natural("NAXIS")?;
-    if axes == 0 {
-        return Ok(0);
-    }
-    let mut elements = 1_u128;
-    for axis in 1..=axes {
-        elements = elements.saturating_mul(natural(&format!("NAXIS{axis}"))?);
-    }
-    let heap = header.get_int("PCOUNT").unwrap_or(0).unsigned_abs();
-    Ok(elements.saturating_add(heap.into()).saturating_mul(u128::from(bits) / 8))
 }
 
 /// Writes the units one after the other, each with the standard's DATASUM and CHECKSUM.
@@ -331,6 +301,27 @@ mod tests {
     }
 
     #[test]
+    fn letters_in_comments_and_padding_behind_the_end_do_no_harm() {
+        let bytes = sample(|header| push_text(header, "OBSERVER", "Per ??", "name"));
+        let padded = [&bytes[..], &[0; 700]].concat();
+        assert_eq!(read_bytes(&padded).unwrap().len(), 2);
+        let more = [&bytes[..], b"hello"].concat();
+        assert_eq!(fault(&more), "HDU 2: the last 5 bytes of the file are no extension; cut them off");
+        let at = bytes.windows(2).position(|part| part == b"??").unwrap();
+        let with = |place: usize, byte: u8| {
+            let mut edited = bytes.clone();
+            edited[place] = byte;
+            edited
+        };
+        let units = read_bytes(&with(at, 0xe9)).unwrap();
+        assert_eq!(units[0].header.get_string("OBSERVER"), Some("Per ??"));
+        let card = at / CARD_BYTES * CARD_BYTES;
+        for (place, byte) in [(at, b'\t'), (card, 0xe9), (card + 9, 0xe9)] {
+            assert!(fault(&with(place, byte)).contains("other than printable ASCII"));
+        }
+    }
+
+    #[test]
     fn other_files_and_impossible_headers_are_refused() {
         assert_eq!(fault(b""), "is empty, not a FITS file");
         assert_eq!(fault(b"\x89HDF\r\n"), "is not a FITS file: it does not begin with SIMPLE");
@@ -352,7 +343,7 @@ mod tests {
             "HDU 0: NAXIS is -1, but must lie between 0 and 999"
         );
         assert_eq!(
-            edit("conforms to", "cönforms"),
+            edit("NAXIS   =", "NAXÏS  ="),
             "HDU 0: the header holds characters other than printable ASCII"
         );
     }

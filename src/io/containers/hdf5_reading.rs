@@ -174,9 +174,17 @@ fn in_words(kind: &Datatype) -> String {
 
 /// The texts of an attribute that is text, one or several.
 pub(super) fn attribute_texts(path: &Path, attribute: &Attribute) -> Result<Vec<String>> {
+    let is_text = matches!(
+        attribute.datatype,
+        Datatype::String { .. } | Datatype::VarLen { kind: VarLenKind::String, .. }
+    );
     attribute.read_strings().map_err(|_| {
-        let problem = format!("the attribute {} is damaged, or no text", attribute.name);
-        Error::file(FileFault::Damaged, path, problem)
+        let (fault, wrong) = if is_text {
+            (FileFault::Damaged, "damaged")
+        } else {
+            (FileFault::Content, "no text, but must be")
+        };
+        Error::file(fault, path, format!("the attribute {} is {wrong}", attribute.name))
     })
 }
 

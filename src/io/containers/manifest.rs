@@ -147,6 +147,24 @@ impl Commit {
         stay.then_some(commit)
     }
 
+    /// Says which files of an earlier run are gone with it.
+    pub fn tell_of_removed(&self, folder: &Path) {
+        /// A list longer than this is cut.
+        const TOLD: usize = 6;
+        let told = self.remove.iter().take(TOLD).map(String::as_str).collect::<Vec<_>>().join(", ");
+        match self.remove.len() {
+            0 => {}
+            count if count <= TOLD => {
+                log::info!("{}: an earlier run's {told} went with it", folder.display())
+            }
+            count => log::info!(
+                "{}: an earlier run's {told} and {} more files went with it",
+                folder.display(),
+                count - TOLD
+            ),
+        }
+    }
+
     /// Makes all renames; when one fails, those made before are taken back.
     pub fn run(&self, staging: &Path, folder: &Path) -> io::Result<()> {
         for name in &self.place {
@@ -229,8 +247,7 @@ pub(super) fn check_replaceable(
     if !matches!(replace, Replace::Own | Replace::Renew) || !path.is_file() || former.owns(final_dir, name) {
         return Ok(());
     }
-    let text =
-        "it is there already, and no unchanged file of an earlier run; give another folder, or --overwrite";
+    let text = "it is there already, and no unchanged file of an earlier run; give another folder, or allow it to be replaced (--overwrite, in Python overwrite=True)";
     Err(Error::OutputPlace { path, source: io::Error::new(ErrorKind::AlreadyExists, text) })
 }
 

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 pub fn check_own(path: &Path) -> Result<()> {
     let is_there = |path: &Path| std::fs::metadata(path).is_ok_and(|found| found.len() > 0);
     let refuse = |path: &Path| {
-        let text = "it is there already, and no unchanged file of haloray; give another name, or --overwrite";
+        let text = "it is there already, and no unchanged file of haloray; give another name, or allow it to be replaced (--overwrite, in Python overwrite=True)";
         Err(Error::OutputPlace { path: path.into(), source: IoError::new(ErrorKind::AlreadyExists, text) })
     };
     let beside = provenance_file(path);

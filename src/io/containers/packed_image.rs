@@ -20,10 +20,11 @@ fn method_of(header: &Header) -> &str {
     header.get_string("ZCMPTYPE").unwrap_or("unknown").trim()
 }
 
-/// What to say of tiles compressed by a method that is not read.
-pub(super) fn other_method(header: &Header) -> Option<String> {
+/// What to say of an image in tiles compressed by a method that is not read.
+pub(crate) fn other_method(header: &Header) -> Option<String> {
     let method = method_of(header);
-    (!["RICE_1", "RICE_ONE", "GZIP_1", "GZIP_2", "NOCOMPRESS"].contains(&method)).then(|| {
+    let is_read = ["RICE_1", "RICE_ONE", "GZIP_1", "GZIP_2", "NOCOMPRESS"].contains(&method);
+    (CompressedImage::detect(header) && !is_read).then(|| {
         format!("is compressed by {method}; RICE_1, GZIP_1 and GZIP_2 are read, funpack unpacks all")
     })
 }

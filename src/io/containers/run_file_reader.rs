@@ -74,6 +74,14 @@ impl RunFileReader {
         reading::attribute_value(&self.path, &attribute)
     }
 
+    /// Names and values of all that is attached to the group or dataset at `object`, in the order of the names.
+    pub fn read_attributes(&self, object: &str) -> Result<Vec<(String, AttributeValue)>> {
+        let mut attributes = self.attributes(object)?;
+        attributes.sort_by(|a, b| a.name.cmp(&b.name));
+        let value = |own: &Attribute| Ok((own.name.clone(), reading::attribute_value(&self.path, own)?));
+        attributes.iter().map(value).collect()
+    }
+
     fn attributes(&self, object: &str) -> Result<Vec<Attribute>> {
         let full = rooted(object);
         match self.file.group(&full) {

@@ -177,6 +177,7 @@ impl Staging {
             done.map_err(|error| Error::write(&self.final_dir, error))
         })?;
         targets.iter().for_each(|target| sync_folder(folder_of(target)));
+        commit.tell_of_removed(&self.final_dir);
         Ok(targets)
     }
 

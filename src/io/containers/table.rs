@@ -15,6 +15,8 @@ pub struct Table {
     path: PathBuf,
     /// Line of each row in the CSV file it was read from; empty for other origins.
     line_of_row: Vec<u64>,
+    /// Where each row stood before rows were left out; empty where none was.
+    kept_rows: Vec<usize>,
     /// Columns in which a value may be no number.
     with_gaps: Vec<String>,
 }
@@ -40,7 +42,13 @@ impl Table {
                 ));
             }
         }
-        Ok(Self { columns, path: PathBuf::new(), line_of_row: Vec::new(), with_gaps: Vec::new() })
+        Ok(Self {
+            columns,
+            path: PathBuf::new(),
+            line_of_row: Vec::new(),
+            kept_rows: Vec::new(),
+            with_gaps: Vec::new(),
+        })
     }
 
     /// A table just read from `path`, which must be rectangular, with different names and rows.
@@ -59,6 +67,20 @@ impl Table {
     pub fn with(self, column: Column) -> Result<Self> {
         let table = Self::new(self.columns.into_iter().chain([column]).collect())?;
         Ok(Self { columns: table.columns, ..self })
+    }
+
+    /// The rows at which `keep` holds; faults go on naming their place in the file.
+    pub fn filtered(mut self, keep: impl Fn(usize) -> bool) -> Self {
+        let rows: Vec<usize> = (0..self.row_count()).filter(|row| keep(*row)).collect();
+        for column in &mut self.columns {
+            column.values = match &column.values {
+                Values::F64(values) => Values::F64(rows.iter().map(|&row| values[row]).collect()),
+                Values::Text(values) => Values::Text(rows.iter().map(|&row| values[row].clone()).collect()),
+            };
+        }
+        let before = std::mem::take(&mut self.kept_rows);
+        let place = |row: usize| before.get(row).copied().unwrap_or(row);
+        Self { kept_rows: rows.into_iter().map(place).collect(), ..self }
     }
 
     /// The table with columns in which a value may be no number: a user's own, or what is not always known.
@@ -201,6 +223,7 @@ impl Table {
 
     /// `line 17` for a CSV file, `row 16` (counted from 1) otherwise.
     pub fn place_of(&self, row: usize) -> String {
+        let row = self.kept_rows.get(row).copied().unwrap_or(row);
         match self.line_of_row.get(row) {
             Some(line) => format!("line {line}"),
             None => format!("row {}", row + 1),

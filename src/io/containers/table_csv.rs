@@ -32,7 +32,13 @@ pub(super) fn read(path: &Path) -> Result<Table> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return fault("is UTF-16 text; save it as CSV in UTF-8");
     }
-    let Ok(text) = String::from_utf8(bytes) else { return fault("is not a CSV file: not UTF-8 text") };
+    if bytes.contains(&0) {
+        return fault("is not a CSV file: not text");
+    }
+    let text = match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => return fault(&not_utf8(&error)),
+    };
     let text = flush_comments(text.trim_start_matches('\u{feff}'));
     let ecsv = Ecsv::of(path, &text)?;
     if let (None, Some(comment)) = (&ecsv, comment_on_units(&text)) {
@@ -54,6 +60,13 @@ pub(super) fn read(path: &Path) -> Result<Table> {
         column.unit = units.get(&column.name).cloned().flatten();
     }
     Table::from_file(path, columns, line_of_row)
+}
+
+/// What is wrong with text in another encoding, with the first line that shows it.
+fn not_utf8(error: &std::string::FromUtf8Error) -> String {
+    let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+    let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+    format!("line {line} is not UTF-8 text; save the file in UTF-8")
 }
 
 fn split(path: &Path, text: &str, separator: u8) -> Result<Fields> {
@@ -324,7 +337,8 @@ mod tests {
             (b"x,y\n1,2\n", "column z: is missing; the columns present are x, y"),
             (b"z,x,z\n1,2,3\n", "line 1: two columns are called z"),
             (b"z,,x\n1,2,3\n", "header: column 2 has no name"),
-            (b"\x89HDF\r\n\xff\xfe", "is not a CSV file: not UTF-8 text"),
+            (b"\x89HDF\r\n\0\xff\xfe", "is not a CSV file: not text"),
+            (b"z,name\n1,a\n2,\xe9t\xe9\n", "line 3 is not UTF-8 text; save the file in UTF-8"),
             (b"\xff\xfez\0,\0", "is UTF-16 text; save it as CSV in UTF-8"),
             (b"z;x\n0,5;1\n", "line 2, column z: \"0,5\" is not a number; write a decimal point"),
             (b",z\n0.1,2\n", "header: column 1 has no name"),

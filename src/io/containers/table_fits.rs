@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fitskit::{BinColumn, BinColumnType, BinTable, Hdu, HduData, Header, HeaderValue};
+use fitskit::{BinColumn, BinColumnType, BinTable, CompressedImage, Hdu, HduData, Header, HeaderValue};
 
 use super::astropy_meta;
 use super::column::{Column, Values};
@@ -14,7 +14,9 @@ use crate::error::{Error, FileFault, Result};
 /// Reads the binary table of that name; where it is missing, the only one.
 pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
     let units = fits::read(path)?;
-    let is_table = |unit: &&Hdu| unit.header.get_string("XTENSION") == Some("BINTABLE");
+    let is_table = |unit: &&Hdu| {
+        unit.header.get_string("XTENSION") == Some("BINTABLE") && !CompressedImage::detect(&unit.header)
+    };
     let tables: Vec<&Hdu> = units.iter().filter(is_table).collect();
     let unit = match (fits::extension(path, &units, group)?, tables.as_slice()) {
         (Some(named), _) if is_table(&named) => named,

@@ -28,6 +28,8 @@ const KNOWN: [&str; 8] = [
 ///
 /// A unit that a column states is converted to the one in its name, or refused.
 ///
+/// Haloes at or behind the source do nothing and are left out, which is logged.
+///
 /// Columns `z,theta_x_arcsec,theta_y_arcsec` and either `r_s_arcsec,alpha_rs_arcsec` (reduced to that source) or
 /// `m200c_msun,c200c`; where both are present the angles are taken, and must agree with the masses.
 ///
@@ -39,6 +41,7 @@ pub fn read_haloes(path: &Path, z_source: f64, background: &Background) -> Resul
 
 fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatalogue> {
     let table = Table::read(path, HALOES_GROUP)?.in_own_units(&KNOWN)?;
+    let table = without_haloes_behind(path, z_source, table)?;
     let column = |name: &str| table.required_f64(name).map(<[f64]>::to_vec);
     let optional = |name: &str| table.optional_f64(name).map(|c| c.map(<[f64]>::to_vec));
     let (m200c_msun, c200c) = (optional("m200c_msun")?, optional("c200c")?);
@@ -79,6 +82,22 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
         }
     }
     Ok(haloes)
+}
+
+/// The haloes before the source: what is at its redshift or behind it deflects none of its light.
+fn without_haloes_behind(path: &Path, z_source: f64, table: Table) -> Result<Table> {
+    let is_behind = |z: f64| z.is_finite() && z >= z_source;
+    let behind: Vec<bool> = table.required_f64("z")?.iter().map(|&z| is_behind(z)).collect();
+    let count = behind.iter().filter(|behind| **behind).count();
+    if count == 0 {
+        return Ok(table);
+    }
+    log::warn!(
+        "{}: left out are {count} of {} haloes at or behind the source (z ≥ {z_source}): they deflect none of its light",
+        path.display(),
+        behind.len()
+    );
+    Ok(table.filtered(|row| !behind[row]))
 }
 
 /// Says which columns a halo's lens might be expected to depend on, and does not.
@@ -209,10 +228,20 @@ mod tests {
     }
 
     #[test]
+    fn haloes_at_or_behind_the_source_do_nothing() {
+        let read = |rows: &str| {
+            read_text(&format!("z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c,id\n{rows}")).unwrap()
+        };
+        let all = read("1.5,0,1,1e12,8,1\n0.5,1,2,1e12,8,2\n3.5,2,1,1e12,8,3\n");
+        assert_eq!(all, read("0.5,1,2,1e12,8,2\n"));
+        assert_eq!(read("1.5,0,1,1e12,8,1\n").len(), 0);
+    }
+
+    #[test]
     fn faults_name_line_column_and_domain() {
         let head = "z,theta_x_arcsec,theta_y_arcsec,m200c_msun,c200c\n0.5,1,2,1e12,8\n";
         for (row, wanted) in [
-            ("1.5,1,2,1e12,8", ["line 3, column z", "below 1.5 (z_source)"]),
+            ("1.5,1,2,1e12,8\n-0.5,1,2,1e12,8", ["line 4, column z", "below 1.5 (z_source)"]),
             ("0.5,1,2,-1e12,8", ["line 3, column m200c_msun", "no negative mass"]),
             ("0.5,NaN,2,1e12,8", ["line 3, column theta_x_arcsec", "finite"]),
             ("0.5,abc,2,1e12,8", ["line 3, column theta_x_arcsec", "not a number"]),

@@ -10,6 +10,7 @@ use super::image_fits::{ImageFile, PsfKernel};
 use super::image_wcs::{pixel_scale_arcsec, rotation_deg, rounded};
 use crate::error::{Error, FileFault, Result};
 use crate::io::containers::fits_file as fits;
+use crate::io::containers::other_method;
 
 /// Parts of an extension's name that say that it is no image of the sky, but goes with one; a number may follow.
 const HELPERS: [&str; 15] =
@@ -46,7 +47,7 @@ impl ImageFile {
         let mask = extension("MASK")?.map(|unit| read_mask(path, unit, (nx, ny))).transpose()?;
         check_finite(path, &mut data, nx, mask.as_deref())?;
         let keywords = ExposureKeywords::read(path, &header)?;
-        let Some(pixel_scale_arcsec) = pixel_scale_arcsec(path, &header)? else {
+        let Some(pixel_scale_arcsec) = scale_of(path, unit, &header, &units[0])? else {
             let problem = "has no pixel scale; CDELT1 and CDELT2 (deg), CD1_1 … CD2_2 (deg) or PIXSCALE (arcsec) is wanted";
             return Err(Error::file(FileFault::Content, path, problem));
         };
@@ -63,7 +64,6 @@ impl ImageFile {
 
 /// The image among the units; what else there is goes into the log or the error.
 fn choose_image<'a>(path: &Path, units: &'a [Hdu]) -> Result<&'a Hdu> {
-    let is_image = |unit: &&Hdu| matches!(&unit.data, HduData::Image(_));
     let images: Vec<&Hdu> = units.iter().filter(is_image).collect();
     let science: Vec<&Hdu> = images.iter().copied().filter(|unit| fits::is_called(unit, "SCI")).collect();
     let plain: Vec<&Hdu> = images.iter().copied().filter(|unit| !is_helper(unit)).collect();
@@ -91,6 +91,10 @@ fn choose_image<'a>(path: &Path, units: &'a [Hdu]) -> Result<&'a Hdu> {
         log::info!("{}: the image {} is taken; not used: {}", path.display(), name(chosen), list(unused));
     }
     Ok(chosen)
+}
+
+fn is_image(unit: &&Hdu) -> bool {
+    matches!(&unit.data, HduData::Image(_)) || other_method(&unit.header).is_some()
 }
 
 fn is_helper(unit: &Hdu) -> bool {
@@ -141,10 +145,28 @@ fn header_of(path: &Path, unit: &Hdu, primary: &Hdu) -> Result<Header> {
     Ok(header)
 }
 
+/// The pixel scale that the image states; without one that of a primary header without pixels, which is meant for it.
+fn scale_of(path: &Path, unit: &Hdu, header: &Header, primary: &Hdu) -> Result<Option<f64>> {
+    let own = pixel_scale_arcsec(path, header)?;
+    let is_alone = unit.header.get_bool("INHERIT") == Some(false) || !matches!(primary.data, HduData::Empty);
+    if own.is_some() || is_alone {
+        return Ok(own);
+    }
+    let stated = pixel_scale_arcsec(path, &primary.header)?;
+    if let Some(scale) = stated {
+        let (path, image, scale) = (path.display(), name(unit), rounded(scale));
+        log::info!("{path}: the image {image} has its pixel scale, {scale} arcsec, from the primary header");
+    }
+    Ok(stated)
+}
+
 /// Scaled pixels with the two axes; further axes must have length 1. Integers that are BLANK are not numbers.
 fn pixels(path: &Path, unit: &Hdu, what: &str) -> Result<(Vec<f64>, usize, usize)> {
     let fault = |problem: String| Err(Error::file(FileFault::Content, path, problem));
-    let HduData::Image(image) = &unit.data else { return fault(format!("{what} has no pixels")) };
+    let HduData::Image(image) = &unit.data else {
+        let why = other_method(&unit.header).unwrap_or_else(|| "has no pixels".into());
+        return fault(format!("{what} {why}"));
+    };
     let [nx, ny, rest @ ..] = image.axes.as_slice() else { return fault(format!("{what} has no two axes")) };
     if rest.iter().any(|&length| length != 1) {
         return fault(format!("{what} has the axes {:?}, but must have two", image.axes));
@@ -203,7 +225,7 @@ impl PsfKernel {
     pub fn read(path: &Path, pixel_scale_arcsec: f64) -> Result<Self> {
         let units = fits::read(path)?;
         let named = fits::extension(path, &units, "PSF")?;
-        let unit = named.or_else(|| units.iter().find(|unit| matches!(&unit.data, HduData::Image(_))));
+        let unit = named.or_else(|| units.iter().find(is_image));
         match unit {
             Some(unit) => read_psf(path, unit, pixel_scale_arcsec),
             None => Err(Error::file(FileFault::PsfKernel, path, "holds no image")),
@@ -211,8 +233,8 @@ impl PsfKernel {
     }
 }
 
-/// A kernel whose header says the size of its pixels, or into how many (`OVERSAMP`) those of the image are parted, or nothing:
-/// then they are those of the image.
+/// A kernel whose header says the size of its pixels, or into how many (`OVERSAMP`) those of the image are parted, or the part
+/// itself (PSFEx's `PSF_SAMP`), or nothing: then they are those of the image.
 fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKernel> {
     /// Pixel scales that differ by less than this are equal but for rounding.
     const SCALE_TOLERANCE: f64 = 1e-3;
@@ -222,7 +244,10 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
     let own_scale =
         pixel_scale_arcsec(path, &unit.header).map_err(|e| e.in_file(FileFault::PsfKernel, path))?;
     let own_scale = match own_scale {
-        None => fits::number(path, &unit.header, "OVERSAMP")?.map(|parts| image_scale_arcsec / parts),
+        None => match fits::number(path, &unit.header, "OVERSAMP")? {
+            Some(parts) => Some(image_scale_arcsec / parts),
+            None => fits::number(path, &unit.header, "PSF_SAMP")?.map(|step| image_scale_arcsec * step),
+        },
         stated => stated,
     };
     let parts = image_scale_arcsec / own_scale.unwrap_or(image_scale_arcsec);
@@ -303,6 +328,7 @@ mod tests {
         for (keywords, oversampling) in [
             (&[][..], 1),
             (&[("OVERSAMP", 4.0)], 4),
+            (&[("PSF_SAMP", 0.25)], 4),
             (&[("PIXELSCL", 0.05)], 2),
             (&[("OVERSAMP", 4.0), ("PIXELSCL", 0.05)], 2),
         ] {

@@ -272,8 +272,9 @@ fn warnings(summary: &Value) -> Vec<String> {
         told.into_iter().flatten().filter_map(Value::as_str).map(capital).collect();
     // A summary's own words say more.
     let is_told = |warnings: &[String], words: &str| warnings.iter().any(|warning| warning.contains(words));
-    if is_false("good_fit") && !is_told(&warnings, "does not describe the image") {
-        warnings.push("The model does not describe the image.".into());
+    let says_why = ["does not describe the image", "too small for noise"];
+    if is_false("good_fit") && !says_why.iter().any(|words| is_told(&warnings, words)) {
+        warnings.push("Not a good fit: the model does not describe the image.".into());
     }
     if is_false("converged") && !is_told(&warnings, "not converged") {
         warnings.push("Not converged: R-hat is above 1.01 or ESS below 400 for some quantity.".into());

@@ -7,7 +7,8 @@ use fitskit::{BinColumn, BinTable, Header, HeaderValue};
 use flate2::read::MultiGzDecoder;
 
 use super::super::column::Values;
-use super::super::fits_file::{self as fits, BLOCK_BYTES, CARD_BYTES};
+use super::super::fits_file::{self as fits, BLOCK_BYTES};
+use super::super::fits_header::{CARD_BYTES, declared_bytes, parsed_header};
 use super::super::table_fits::{self, decode};
 use super::title::ColumnTitle;
 use crate::error::{Error, FileFault, Result};
@@ -106,11 +107,11 @@ fn place_of(
         let damaged =
             |problem: String| Error::file(FileFault::Damaged, path, format!("HDU {index}: {problem}"));
         let Some(header) = next_header(path, &mut file, index)? else { return Ok(None) };
-        let header = fits::parsed_header(&header).map_err(damaged)?;
+        let header = parsed_header(&header).map_err(damaged)?;
         if header.get_string("XTENSION") == Some("BINTABLE") && is_wanted(&header) {
             return Ok(Some((header, file)));
         }
-        let bytes = u64::try_from(fits::declared_bytes(&header).map_err(damaged)?).unwrap_or(u64::MAX);
+        let bytes = u64::try_from(declared_bytes(&header).map_err(damaged)?).unwrap_or(u64::MAX);
         let padded = bytes.checked_next_multiple_of(BLOCK_BYTES as u64).unwrap_or(u64::MAX);
         std::io::copy(&mut file.by_ref().take(padded), &mut std::io::sink()).map_err(Error::read(path))?;
     }
