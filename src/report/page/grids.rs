@@ -68,6 +68,7 @@ fn of_hdf5(path: &Path) -> Result<Vec<GridSet>> {
         let title = match group.as_str() {
             "maps" => "Maps of the line of sight".to_owned(),
             "images" | "image" => "Images".to_owned(),
+            "rays" => "Rays".to_owned(),
             _ => group.replace('_', " "),
         };
         if !grids.is_empty() {
