@@ -171,7 +171,7 @@ def histograms(run: RunLike, figure: Figure | SubFigure | None = None) -> Any:
     outline(last, *_log_bins(haloes["delta_disc_h"]), BLACK, "over a disc", 0.6)
     last.axvline(threshold, ls="--", lw=0.9, color=BLACK, label=text(f"Δ_{{h}} = {threshold:g}"))
     last.legend(loc="upper left")
-    axes[0, 0].set(ylabel="haloes per 0.125 dex", ylim=(0.5, 30.0 * tallest))
+    axes[0, 0].set(ylabel="haloes per 0.125 dex", ylim=(0.5, 100.0 * tallest))
     return figure
 
 

@@ -13,7 +13,7 @@ pub fn histograms(effects: [&[f64]; 3], delta_of_disc: &[f64], delta_threshold: 
     let tallest = bins.iter().flat_map(|(_, counts)| counts).copied().fold(1.0, f64::max);
     let labels = ["κ_{h}", "|γ_{h}|", "Δ_{h}"];
     let panels = bins.into_iter().zip(colours).enumerate().map(|(column, ((edges, counts), colour))| {
-        let y = Axis::log("haloes per 0.125 dex").between(0.5, 30.0 * tallest).outer(column == 0);
+        let y = Axis::log("haloes per 0.125 dex").between(0.5, 100.0 * tallest).outer(column == 0);
         let steps = Shape::Histogram { edges, counts, stroke: Stroke::solid(colour, 0.9) };
         Panel::new(Axis::log(labels[column]), y, [steps.into()])
     });

@@ -139,12 +139,12 @@ pub fn basis(u: f64) -> Basis {
 pub fn with_l(u: f64, l: f64) -> Basis {
     if u < INNER_END {
         inner(u, l)
-    } else if u < OUTER_START {
-        seam(u, l)
-    } else if u < FAR_START {
+    } else if u >= FAR_START {
+        far(u, l)
+    } else if u >= OUTER_START {
         outer(u, l)
     } else {
-        far(u, l)
+        seam(u, l)
     }
 }
 

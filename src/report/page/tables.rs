@@ -91,10 +91,11 @@ pub(super) fn of_markdown(text: &str) -> (Vec<String>, Vec<PageTable>) {
     (paragraphs, tables)
 }
 
-/// Words with their first letter large.
+/// Words with their first letter large; Γ is not what γ is.
 pub(super) fn capital(text: &str) -> String {
     let mut characters = text.chars();
-    characters.next().map_or(String::new(), |first| first.to_uppercase().chain(characters).collect())
+    let first = characters.next().map(|first| first.to_ascii_uppercase());
+    first.into_iter().chain(characters).collect()
 }
 
 /// Whether a word is the name of a quantity in files, such as `gamma1_los`.
@@ -125,6 +126,11 @@ fn leading_number(text: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_letter_that_is_a_symbol_stays_as_it_is() {
+        assert_eq!([capital("views"), capital("γ_LOS of"), capital("")], ["Views", "γ_LOS of", ""]);
+    }
 
     #[test]
     fn a_result_gives_its_words_and_tables_and_leaves_its_figures() {
