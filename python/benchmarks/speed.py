@@ -81,7 +81,7 @@ def cone(command):
         )
         arguments = ["trace", "--haloes", "haloes.h5", "--points", "points.csv", "--z-source", "1.5", "-o", "rays.h5"]
         start = time.perf_counter()
-        subprocess.run([command, "--quiet", *arguments], cwd=folder, check=True)
+        subprocess.run([Path(command).resolve(), "--quiet", *arguments], cwd=folder, check=True)
         print(f"the command, files read and written too: {time.perf_counter() - start:.3f} s")
 
 

@@ -113,6 +113,7 @@ class Haloes:
             else:
                 texts[str(name)] = [str(value) for value in own]
         source = number("z_source", z_source)
+        _tell_of_masses(numbers)
         _leave_out_behind(source, numbers, texts)
         return cls(Catalogue.of_columns(source, parameters(cosmology), numbers, texts))
 
@@ -391,11 +392,20 @@ class Haloes:
     __hash__ = None  # type: ignore[assignment]
 
 
+def _tell_of_masses(numbers: dict[str, Array]) -> None:
+    """Warn of masses that look like logarithms, or like multiples of 10¹⁰ solar masses, as the command does."""
+    largest = numbers.get("m200c_msun", np.empty(0)).max(initial=0.0)
+    if 0.0 < largest < 1e4:
+        told = f"no m200c_msun is above {largest:.4g} solar masses"
+        warnings.warn(f"{told}; are these logarithms, or units of 1e10 Msun?", stacklevel=3)
+
+
 def _leave_out_behind(z_source: float, numbers: dict[str, Array], texts: dict[str, list[str]]) -> None:
     """Leave out haloes at or behind the source; columns of other lengths are told of elsewhere."""
     z = numbers.get("z", np.empty(0))
     behind = np.isfinite(z) & (z >= z_source)
-    if not behind.any() or any(len(own) != len(z) for own in (*numbers.values(), *texts.values())):
+    lengths = {len(own) for own in numbers.values()} | {len(own) for own in texts.values()}
+    if not behind.any() or lengths != {len(z)}:
         return
     told = f"left out are {behind.sum()} of {len(z)} haloes at or behind the source (z ≥ {z_source:g})"
     warnings.warn(f"{told}: they deflect none of its light", stacklevel=3)

@@ -116,6 +116,8 @@ def test_haloes_behind_the_source_are_left_out_with_a_warning():
         haloes = hr.Haloes.from_columns(columns, z_source=1.5)
     assert len(haloes) == 1 and haloes["z"].tolist() == [0.5] and haloes.to_table()["name"].tolist() == ["a"]
     assert columns["z"].tolist() == [0.5, 1.5, 3.0], "the user's own is as it was"
+    with pytest.warns(UserWarning, match="are these logarithms"):
+        hr.Haloes.from_columns({**columns, "m200c_msun": np.full(3, 12.0)}, z_source=4.0)
 
 
 def test_observations_pickle_and_results_compare():
