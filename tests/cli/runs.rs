@@ -408,3 +408,20 @@ fn haloes_in_the_plane_of_the_lens_are_part_of_it() {
     assert_eq!([&all["number_of_haloes"], &all["number_in_lens_plane"]], [1.0, 1.0]);
     assert_eq!([&all["gamma1_los"], &all["gamma1_os"]], [0.0, 0.0], "{all}");
 }
+
+#[test]
+fn an_image_that_cannot_show_its_ring_or_source_is_doubted() {
+    let folder = folder();
+    for (key, word) in [
+        ("lens.einstein_radius_arcsec=1500", "its ring lies far outside"),
+        ("instrument.pixel_scale_arcsec=100", "no ring can be seen in them"),
+        ("source.radius_arcsec=900", "its light fills all of it"),
+    ] {
+        let output = folder.haloray(&format!("image small.toml --set {key} -o image.fits"));
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            output.status.success() && told.contains("warning: ") && told.contains(word),
+            "{key}: {told}"
+        );
+    }
+}

@@ -55,7 +55,7 @@ const CAPTIONS: [(&str, &str, &str); 40] = [
     (
         "corner",
         "Posterior",
-        "Each parameter against each: contours hold 68% and 95% of the draws; the diagonal shows each alone. Lines are true values.",
+        "Each parameter against each: contours hold 68% and 95% of the draws; the diagonal shows each alone. Lines, where there are any, are true values.",
     ),
     ("corner_shear", "Posterior of the shears", "The same for the shears alone."),
     ("corner_all", "Posterior of all parameters", "Every quantity of the fit."),

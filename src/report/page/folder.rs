@@ -115,7 +115,7 @@ pub(super) fn read(folder: &Path) -> Result<Page> {
     let left_out;
     (page.figures, left_out) = figures(folder, &files);
     if !left_out.is_empty() {
-        page.paragraphs.push(format!("Figures too large for this page: {}.", left_out.join(", ")));
+        page.figures_left_out = format!("Too large for this page: {}.", left_out.join(", "));
     }
     for part in files.iter().filter_map(|file| file.strip_suffix(&format!("/{RECORD_FILE}"))) {
         let part_folder = folder.join(part);

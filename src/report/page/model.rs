@@ -23,6 +23,8 @@ pub struct Page {
     pub posterior: Vec<PosteriorParameter>,
     /// Figures as drawn.
     pub figures: Vec<PageFigure>,
+    /// Which figures the page has no room for, in words; empty where it has.
+    pub figures_left_out: String,
     /// Tables, the most important first.
     pub tables: Vec<PageTable>,
     /// Pages of parts of the run: folder and title.
