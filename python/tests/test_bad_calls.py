@@ -215,7 +215,7 @@ def test_errors_name_argument_and_domain(haloes, sight):
     with pytest.raises(FileNotFoundError) as caught:
         hr.populate("none.toml")
     assert caught.value.errno == 2 and isinstance(caught.value, hr.Error)
-    with pytest.raises(hr.InputError, match="z of halo 1 is 2, but must be"):
+    with pytest.raises(hr.InputError, match="z of halo 1 is -2, but must be"):
         hr.Haloes.from_columns(
-            {"z": [2.0], "theta_x_arcsec": [0], "theta_y_arcsec": [0], "m200c_msun": [1], "c200c": [5]}, 1.5
+            {"z": [-2.0], "theta_x_arcsec": [0], "theta_y_arcsec": [0], "m200c_msun": [1], "c200c": [5]}, 1.5
         )
