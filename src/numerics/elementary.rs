@@ -32,7 +32,7 @@ const ARCTAN: [f64; 11] = [
 
 /// Σ cₙzⁿ as two sums in z², of even and odd n, which the processor adds side by side.
 #[inline(always)]
-fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], z: R) -> R {
+pub fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], z: R) -> R {
     let square = z * z;
     let mut sums = [R::splat(coefficients[N - 2]), R::splat(coefficients[N - 1])];
     for pair in coefficients[..N - 2].rchunks(2) {
@@ -57,9 +57,21 @@ const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 /// ln x for positive normal x (2.3e-308 < x < ∞); other arguments give an unspecified number.
 #[inline(always)]
 pub fn ln<R: Real>(x: R) -> R {
+    let ([numerator, denominator], e) = reduced_for_ln(x);
+    half_ln_of_reduced(numerator / denominator, e) * 2.0
+}
+
+/// Numerator and denominator of s and a whole number e of which ln x is made, for whom a division is dear.
+#[inline(always)]
+pub fn reduced_for_ln<R: Real>(x: R) -> ([R; 2], R) {
     let (m, e) = x.mantissa_and_exponent();
-    let s = (m + -1.0) / (m + 1.0);
-    e * LN2_HIGH + (s * 2.0 * artanh_over_argument(s * s) + e * LN2_LOW)
+    ([m + -1.0, m + 1.0], e)
+}
+
+/// ½ ln x = ½e·ln 2 + artanh s.
+#[inline(always)]
+pub fn half_ln_of_reduced<R: Real>(s: R, e: R) -> R {
+    e * (0.5 * LN2_HIGH) + (s * artanh_over_argument(s * s) + e * (0.5 * LN2_LOW))
 }
 
 /// ln(1 + x) for x ≥ 0, without loss where x is small.
@@ -68,46 +80,13 @@ pub fn ln_1p<R: Real>(x: R) -> R {
     let sum = x + 1.0;
     let (m, e) = sum.mantissa_and_exponent();
     let s = (m + -1.0).or_below(sum, std::f64::consts::SQRT_2, x) / (m + 1.0);
-    e * LN2_HIGH + (s * 2.0 * artanh_over_argument(s * s) + e * LN2_LOW)
+    half_ln_of_reduced(s, e) * 2.0
 }
 
 /// arctan(t)/t for |t| ≤ tan(π/8) = √2 − 1, from z = t².
 #[inline(always)]
 pub fn arctan_over_argument<R: Real>(z: R) -> R {
     z * polynomial(&ARCTAN, z) + 1.0
-}
-
-/// arctan w for w ≥ 0.
-#[inline(always)]
-pub fn arctan(w: f64) -> f64 {
-    const TAN_PI_8: f64 = std::f64::consts::SQRT_2 - 1.0;
-    const TAN_3PI_8: f64 = std::f64::consts::SQRT_2 + 1.0;
-    let large = w > TAN_3PI_8;
-    let middle = w > TAN_PI_8;
-    let numerator = if large {
-        -1.0
-    } else if middle {
-        w - 1.0
-    } else {
-        w
-    };
-    let denominator = if large {
-        w
-    } else if middle {
-        w + 1.0
-    } else {
-        1.0
-    };
-    let offset = if large {
-        std::f64::consts::FRAC_PI_2
-    } else if middle {
-        std::f64::consts::FRAC_PI_4
-    } else {
-        0.0
-    };
-    let t = numerator / denominator;
-    let z = t * t;
-    offset + (t + t * z * polynomial(&ARCTAN, z))
 }
 
 /// eˣ; 0 below −708, and arguments above 708 are taken as 708.

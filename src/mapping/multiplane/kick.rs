@@ -4,7 +4,7 @@
 //! f·α = f·k·m(u)·t − f·κ·θ, t = θ − c, u = |t|²/r_s²; H = ∂α/∂θ and T = ∂H/∂θ follow from m, u·m′ and u²·m″.
 
 use super::plane::{LensPlane, Plane};
-use crate::profile::mass::nfw_radial::{self, Basis};
+use crate::profile::mass::nfw_radial::{self, Basis, Regime, Together};
 use crate::profile::mass::{MassProfile, RadialDerivatives, Truncation, truncated_potential};
 
 /// How one ray is kicked by a halo and its sheet.
@@ -81,19 +81,24 @@ impl Plane {
             ty[i] = x[1][i] * per_x - self.centre_arcsec[1];
             u[i] = self.u(tx[i], ty[i]);
         }
-        let (mut m, mut p1, mut p2) = ([0.0; N], [0.0; N], [0.0; N]);
-        radial_functions::<ORDER, N, TRUNCATED>(self.tau, &u, &mut m, &mut p1, &mut p2);
+        let (mut m, mut p1, mut p2, mut inv_u) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
+        radial_functions::<ORDER, N, TRUNCATED>(self.tau, &u, &mut m, &mut p1, &mut p2, &mut inv_u);
         if ORDER >= 1 {
             // Columns first: loops as short as these are vectorised, one over all that happens to a ray is not.
             let Distortion { h, t } = distortion;
             for i in 0..N {
-                let inv_r = (self.inv_r_s2 / u[i]).sqrt();
-                let n = [tx[i] * inv_r, ty[i] * inv_r];
-                let radial = RadialDerivatives { k: self.fk, m: m[i], p1: p1[i], p2: p2[i] };
-                let [xx, xy, yy] = radial.hessian(n);
+                let radial = RadialDerivatives {
+                    k: self.fk,
+                    m: m[i],
+                    p1: p1[i],
+                    p2: p2[i],
+                    t: [tx[i], ty[i]],
+                    inv_r2: self.inv_r_s2 * inv_u[i],
+                };
+                let [xx, xy, yy] = radial.hessian();
                 [h[0][i], h[1][i], h[2][i]] = [xx - self.f_sheet, xy, yy - self.f_sheet];
                 if ORDER >= 2 {
-                    [t[0][i], t[1][i], t[2][i], t[3][i]] = radial.third_derivatives(n, inv_r);
+                    [t[0][i], t[1][i], t[2][i], t[3][i]] = radial.third_derivatives();
                 }
             }
             rays.distort(distortion);
@@ -186,32 +191,7 @@ impl LensPlane {
     }
 }
 
-/// The regime of u in which all rays lie, if there is one.
-enum Regime {
-    Inner,
-    Outer,
-    Far,
-    Mixed,
-}
-
-#[inline(always)]
-fn regime<const N: usize>(u: &[f64; N]) -> Regime {
-    let (mut inner, mut outer, mut far) = (0_u64, 0_u64, 0_u64);
-    for v in u {
-        inner += u64::from(*v < nfw_radial::INNER_END);
-        outer += u64::from(*v >= nfw_radial::OUTER_START);
-        far += u64::from(*v >= nfw_radial::FAR_START);
-    }
-    let all = N as u64;
-    match (inner, outer, far) {
-        (_, _, n) if n == all => Regime::Far,
-        (n, _, _) if n == all => Regime::Inner,
-        (_, n, 0) if n == all => Regime::Outer,
-        _ => Regime::Mixed,
-    }
-}
-
-/// m (and u·m′, u²·m″) of all rays; the loops over one regime are branch-free.
+/// m (and u·m′, u²·m″, 1/u) of all rays; the loops over one regime are branch-free.
 #[inline(always)]
 fn radial_functions<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
     tau: f64,
@@ -219,32 +199,29 @@ fn radial_functions<const ORDER: usize, const N: usize, const TRUNCATED: bool>(
     m: &mut [f64; N],
     p1: &mut [f64; N],
     p2: &mut [f64; N],
+    inv_u: &mut [f64; N],
 ) {
     macro_rules! for_all {
-        ($i:ident, $basis:path, $l:expr, $functions:expr) => {
-            for $i in 0..N {
-                let values: [f64; 3] = $functions(u[$i], $basis(u[$i], $l));
-                m[$i] = values[0];
+        (|$u:ident| $regime:expr, $functions:expr) => {
+            for i in 0..N {
+                let $u = u[i];
+                let basis = nfw_radial::functions($u, $regime);
+                let values: [f64; 3] = $functions($u, basis);
+                m[i] = values[0];
                 if ORDER >= 1 {
-                    [_, p1[$i], p2[$i]] = values;
+                    [_, p1[i], p2[i]] = values;
+                    inv_u[i] = basis.inv_u;
                 }
             }
         };
     }
     macro_rules! in_regime {
         ($functions:expr) => {
-            match regime(u) {
-                Regime::Far => for_all!(i, nfw_radial::far, nfw_radial::l(u[i]), $functions),
-                Regime::Outer => for_all!(i, nfw_radial::outer, nfw_radial::l(u[i]), $functions),
-                Regime::Inner => for_all!(i, nfw_radial::inner, nfw_radial::l(u[i]), $functions),
-                Regime::Mixed => {
-                    // Logarithms on their own, in a loop without branches.
-                    let mut l = [0.0; N];
-                    for i in 0..N {
-                        l[i] = nfw_radial::l(u[i]);
-                    }
-                    for_all!(i, nfw_radial::with_l, l[i], $functions)
-                }
+            match Together::of(u) {
+                Together::Inner => for_all!(|u| Regime::INNER, $functions),
+                Together::Outer => for_all!(|u| Regime::OUTER, $functions),
+                Together::Far => for_all!(|u| Regime::FAR, $functions),
+                Together::Mixed => for_all!(|u| Regime::of(u), $functions),
             }
         };
     }

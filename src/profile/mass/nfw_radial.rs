@@ -6,22 +6,27 @@
 //!
 //! u·m = L + A,   u·m′ = E/2 − m,   u²·m″ = −E/2 − H/4 − 2u·m′   (Bartelmann 1996; E/2 is its κ).
 //!
-//! Four regimes, blended by nothing: `inner` (u < 0.8), `seam`, `outer` (u ≥ 1.25), `far` (u ≥ 7). Each is
-//! branch-free, so a loop over rays inside one regime becomes SIMD code with the same bits.
+//! Four regimes, blended by nothing: inner (u < 0.8), seam, outer (u ≥ 1.25), far (u ≥ 6.8). [`functions`] has them side by
+//! side without a branch: told of one regime it is that one's code alone, told of each ray's own it is that of all. Either
+//! way a loop over rays becomes SIMD code with the same bits, of one square root and one division a ray.
 
-use crate::numerics::elementary::{arctan, arctan_over_argument, artanh_over_argument, ln};
+use crate::numerics::elementary::{
+    arctan_over_argument, artanh_over_argument, half_ln_of_reduced, polynomial, reduced_for_ln,
+};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, SQRT_2};
+
 use crate::numerics::real::{Each, Real};
 
 /// Below this u the form without cancellation at u → 0 is used.
 pub const INNER_END: f64 = 0.8;
 /// From this u on the arctan form is used.
 pub const OUTER_START: f64 = 1.25;
-/// From this u on, √(u−1) > 1 + √2 and the form with few divisions is used.
-pub const FAR_START: f64 = 7.0;
+/// From this u on, √(u−1) ≥ 1 + √2 and the arctan is that of the reciprocal.
+pub const FAR_START: f64 = 4.0 + 2.0 * SQRT_2;
 /// u is never taken smaller: at the very centre κ diverges as −ln r and is evaluated at r = 1e-15 r_s.
 pub const U_FLOOR: f64 = 1e-30;
 
-/// The functions L, A, m, E, H of one radius.
+/// The functions L, A, m, E, H of one radius, and 1/u.
 #[derive(Debug, Clone, Copy)]
 pub struct Basis {
     /// L = ½ ln(u/4).
@@ -34,6 +39,8 @@ pub struct Basis {
     pub e: f64,
     /// H = (A − 3E)/(1 − u).
     pub h: f64,
+    /// 1/u.
+    pub inv_u: f64,
 }
 
 impl Basis {
@@ -45,113 +52,173 @@ impl Basis {
     }
 }
 
-/// L = ½ ln(u/4) at any u ≥ [`U_FLOOR`], which every form below starts from.
-#[inline(always)]
-pub fn l<R: Real>(u: R) -> R {
-    ln(u * 0.25) * 0.5
+/// Where u lies; outside the other three if none is true.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Regime {
+    inner: bool,
+    seam: bool,
+    far: bool,
 }
 
-/// All functions for u < [`INNER_END`]: m = [−L − ½S(q)]/[w(1+w)], w = √(1−u), q = u/(2(1+w)), S = −ln(1−q)/q.
-#[inline(always)]
-pub fn inner(u: f64, l: f64) -> Basis {
-    let w = (1.0 - u).sqrt();
-    let q = 0.5 * u / (1.0 + w);
-    let inv = 1.0 / (2.0 - q);
-    let s = q * inv;
-    let m = (-l - inv * artanh_over_argument(s * s)) / (w * (1.0 + w));
-    let inv_z = 1.0 / (1.0 - u);
-    let a = u * m - l;
-    let e = (a - 1.0) * inv_z;
-    Basis { l, a, m, e, h: (a - 3.0 * e) * inv_z }
-}
+impl Regime {
+    /// [`OUTER_START`] ≤ u < [`FAR_START`].
+    pub const OUTER: Self = Self { inner: false, seam: false, far: false };
+    /// u < [`INNER_END`].
+    pub const INNER: Self = Self { inner: true, ..Self::OUTER };
+    /// u ≥ [`FAR_START`].
+    pub const FAR: Self = Self { far: true, ..Self::OUTER };
 
-/// All functions for [`OUTER_START`] ≤ u < [`FAR_START`].
-#[inline(always)]
-pub fn outer(u: f64, l: f64) -> Basis {
-    let (w, inv_z) = ((u - 1.0).sqrt(), 1.0 / (1.0 - u));
-    let a = arctan(w) / w;
-    let e = (a - 1.0) * inv_z;
-    Basis { l, a, m: (l + a) / u, e, h: (a - 3.0 * e) * inv_z }
-}
-
-/// All functions for u ≥ [`FAR_START`]: with v = 1/(u−1), A = (π/2)√v − v·arctan(√v)/√v.
-///
-/// Divisions limit the ray loop, so 1/u and v share one.
-#[inline(always)]
-pub fn far(u: f64, l: f64) -> Basis {
-    let both = 1.0 / (u * (u - 1.0));
-    let (inv_u, v) = ((u - 1.0) * both, u * both);
-    let a = std::f64::consts::FRAC_PI_2 * v.sqrt() - v * arctan_over_argument(v);
-    let e = (1.0 - a) * v;
-    Basis { l, a, m: (l + a) * inv_u, e, h: (3.0 * e - a) * v }
-}
-
-/// All functions for [`INNER_END`] ≤ u < [`OUTER_START`]: H by its Taylor series
-/// −Σ 4(n+1)zⁿ/((2n+3)(2n+5)), then E = (1 − zH)/(3 − z) and A = 1 + zE, which lose nothing.
-#[inline(always)]
-pub fn seam(u: f64, l: f64) -> Basis {
-    /// |z| ≤ 0.25: the first term left out is below 0.25²⁴ ≈ 4e-15·(1/24) of H.
-    const TERMS: usize = 25;
-    let z = 1.0 - u;
-    let mut h = 0.0;
-    for n in (0..TERMS).rev() {
-        let n = n as f64;
-        h = h * z - 4.0 * (n + 1.0) / ((2.0 * n + 3.0) * (2.0 * n + 5.0));
+    /// The regime of one u.
+    #[inline(always)]
+    pub fn of(u: f64) -> Self {
+        Self { inner: u < INNER_END, seam: (INNER_END..OUTER_START).contains(&u), far: u >= FAR_START }
     }
-    let e = (1.0 - z * h) / (3.0 - z);
-    let a = 1.0 + z * e;
-    Basis { l, a, m: (l + a) / u, e, h }
+
+    #[inline(always)]
+    fn pick(self, inner: f64, seam: f64, outer: f64, far: f64) -> f64 {
+        let outside = if self.far { far } else { outer };
+        let else_seam = if self.seam { seam } else { outside };
+        if self.inner { inner } else { else_seam }
+    }
+}
+
+/// The regime in which several u lie together, if there is one for which code of its own pays.
+pub enum Together {
+    /// All below [`INNER_END`].
+    Inner,
+    /// All from [`OUTER_START`] to [`FAR_START`].
+    Outer,
+    /// All from [`FAR_START`] on.
+    Far,
+    /// None of these.
+    Mixed,
+}
+
+impl Together {
+    /// Of several u; that all are far, the usual case, is asked for first.
+    #[inline(always)]
+    pub fn of<const N: usize>(u: &[f64; N]) -> Self {
+        if all_from(u, FAR_START) {
+            Self::Far
+        } else if all_below(u, INNER_END) {
+            Self::Inner
+        } else if all_from(u, OUTER_START) && all_below(u, FAR_START) {
+            Self::Outer
+        } else {
+            Self::Mixed
+        }
+    }
+}
+
+// Loops without a way out, since such are vectorised.
+
+#[inline(always)]
+fn all_from<const N: usize>(u: &[f64; N], least: f64) -> bool {
+    let mut all = true;
+    for u in u {
+        all &= *u >= least;
+    }
+    all
+}
+
+#[inline(always)]
+fn all_below<const N: usize>(u: &[f64; N], limit: f64) -> bool {
+    let mut all = true;
+    for u in u {
+        all &= *u < limit;
+    }
+    all
+}
+
+/// Coefficients of H(z) = −Σ 4(n+1)zⁿ/((2n+3)(2n+5)); at |z| ≤ 0.25 the first left out is 0.25²⁵ ≈ 1e-15·(1/25) of H.
+const SEAM_H: [f64; 25] = {
+    let mut coefficients = [0.0; 25];
+    let mut n = 0;
+    while n < 25 {
+        let real = n as f64;
+        coefficients[n] = -4.0 * (real + 1.0) / ((2.0 * real + 3.0) * (2.0 * real + 5.0));
+        n += 1;
+    }
+    coefficients
+};
+
+/// All functions at a u ≥ [`U_FLOOR`] of this regime.
+///
+/// - inner: m = [−L − ½S(q)]/[w(1+w)] with w = √(1−u), q = u/(2(1+w)), ½S(q) = −ln(1−q)/(2q) = artanh(s)/q, s = q/(2−q);
+/// - seam: H by its Taylor series, then E = (1 − zH)/(3 − z) and A = 1 + zE, which lose nothing;
+/// - outer: A = arctan(w)/w, w = √(u−1), arctan w = π/4 + arctan((w−1)/(w+1));
+/// - far: the same with arctan w = π/2 − arctan(1/w).
+#[inline(always)]
+pub fn functions(u: f64, at: Regime) -> Basis {
+    let (z, above) = (1.0 - u, u - 1.0);
+    let w = at.pick(z, 1.0, above, above).sqrt();
+    // Divisions limit the ray loop: all reciprocals are made of one.
+    let ([numerator, denominator], exponent) = reduced_for_ln(u);
+    let first = at.pick(2.0 * (1.0 + w) - 0.5 * u, 3.0 - z, w + 1.0, 1.0);
+    let second = at.pick(w * (1.0 + w), 1.0, w, above);
+    let of_form = first * second;
+    let of_form_and_u = of_form * u;
+    let one_over_all = 1.0 / (of_form_and_u * denominator);
+    let (inv_denominator, one_over_form_and_u) = (one_over_all * of_form_and_u, one_over_all * denominator);
+    let (inv_u, one_over_form) = (one_over_form_and_u * of_form, one_over_form_and_u * u);
+    let (inv_first, inv_second) = (one_over_form * second, one_over_form * first);
+
+    let l = half_ln_of_reduced(numerator * inv_denominator, exponent - 2.0);
+    let (s, inv_2_minus_q) = (0.5 * u * inv_first, (1.0 + w) * inv_first);
+    let m_inner = (-l - inv_2_minus_q * artanh_over_argument(s * s)) * inv_second;
+    let inv_w = at.pick((1.0 + w) * inv_second, 0.0, inv_second, w * inv_second);
+    let t = at.pick(0.0, 0.0, (w - 1.0) * inv_first, -inv_w);
+    // In the far regime known before w.
+    let t_squared = if at.far { inv_second } else { t * t };
+    let angle = if at.far { FRAC_PI_2 } else { FRAC_PI_4 };
+    let a_outside = (angle + t * arctan_over_argument(t_squared)) * inv_w;
+    let h_seam = polynomial(&SEAM_H, z);
+    let e_seam = (1.0 - z * h_seam) * inv_first;
+
+    let a_not_inner = if at.seam { 1.0 + z * e_seam } else { a_outside };
+    let m = if at.inner { m_inner } else { (l + a_not_inner) * inv_u };
+    let a = if at.inner { u * m - l } else { a_not_inner };
+    let inv_z = at.pick(inv_w * inv_w, 0.0, -inv_w * inv_w, -inv_second);
+    let e = if at.seam { e_seam } else { (a - 1.0) * inv_z };
+    let h = if at.seam { h_seam } else { (a - 3.0 * e) * inv_z };
+    Basis { l, a, m, e, h, inv_u }
 }
 
 /// m(u) at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn m<R: Real>(u: R) -> R {
-    let [m] = by_regime(u, l(u), MAlone);
+    let [m] = by_regime(u, MAlone);
     m
 }
 
 /// (m, u·m′, u²·m″) of the NFW lens at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn nfw<R: Real>(u: R) -> [R; 3] {
-    by_regime(u, l(u), NfwLens)
+    by_regime(u, NfwLens)
 }
 
 /// (L, A, m) at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn l_a_m<R: Real>(u: R) -> [R; 3] {
-    by_regime(u, l(u), Lam)
+    by_regime(u, Lam)
 }
 
-/// All functions at any u ≥ [`U_FLOOR`], as (L, A, m, E, H).
+/// All functions at any u ≥ [`U_FLOOR`], as (L, A, m, E, H, 1/u).
 #[inline(always)]
-pub fn columns<R: Real>(u: R) -> [R; 5] {
-    by_regime(u, l(u), Columns)
+pub fn columns<R: Real>(u: R) -> [R; 6] {
+    by_regime(u, Columns)
 }
 
 /// All functions at any u ≥ [`U_FLOOR`].
 #[inline(always)]
 pub fn basis(u: f64) -> Basis {
-    with_l(u, l(u))
+    columns(u).into()
 }
 
-/// All functions at any u ≥ [`U_FLOOR`], of which L is known.
-#[inline(always)]
-pub fn with_l(u: f64, l: f64) -> Basis {
-    if u < INNER_END {
-        inner(u, l)
-    } else if u >= FAR_START {
-        far(u, l)
-    } else if u >= OUTER_START {
-        outer(u, l)
-    } else {
-        seam(u, l)
-    }
-}
-
-impl From<[f64; 5]> for Basis {
+impl From<[f64; 6]> for Basis {
     #[inline(always)]
-    fn from([l, a, m, e, h]: [f64; 5]) -> Self {
-        Self { l, a, m, e, h }
+    fn from([l, a, m, e, h, inv_u]: [f64; 6]) -> Self {
+        Self { l, a, m, e, h, inv_u }
     }
 }
 
@@ -193,53 +260,33 @@ impl OfBasis<3> for Lam {
 #[derive(Clone, Copy)]
 struct Columns;
 
-impl OfBasis<5> for Columns {
+impl OfBasis<6> for Columns {
     #[inline(always)]
-    fn of(self, Basis { l, a, m, e, h }: Basis) -> [f64; 5] {
-        [l, a, m, e, h]
+    fn of(self, Basis { l, a, m, e, h, inv_u }: Basis) -> [f64; 6] {
+        [l, a, m, e, h, inv_u]
     }
 }
 
-/// A form is evaluated, in all lanes, where its regime has any of them.
+/// By the code of one regime where all lanes lie in it.
 #[inline(always)]
-fn by_regime<R: Real, const N: usize>(u: R, l: R, f: impl OfBasis<N>) -> [R; N] {
-    macro_rules! form {
-        ($basis:path) => {{
-            struct Form<F>(F);
-            impl<const N: usize, F: OfBasis<N>> Each<2, N> for Form<F> {
+fn by_regime<R: Real, const N: usize>(u: R, f: impl OfBasis<N>) -> [R; N] {
+    macro_rules! at {
+        (|$u:ident| $regime:expr) => {{
+            struct At<F>(F);
+            impl<const N: usize, F: OfBasis<N>> Each<1, N> for At<F> {
                 #[inline(always)]
-                fn of(&self, [u, l]: [f64; 2]) -> [f64; N] {
-                    self.0.of($basis(u, l))
+                fn of(&self, [$u]: [f64; 1]) -> [f64; N] {
+                    self.0.of(functions($u, $regime))
                 }
             }
-            R::each([u, l], &Form(f))
+            R::each([u], &At(f))
         }};
     }
-    let [least, largest] = u.extent();
-    if largest < INNER_END {
-        return form!(inner);
-    }
-    let mut all = [R::splat(0.0); N];
-    if largest >= FAR_START {
-        all = form!(far);
-    }
-    if least < FAR_START && largest >= OUTER_START {
-        put_below(&mut all, u, FAR_START, form!(outer));
-    }
-    if least < OUTER_START {
-        put_below(&mut all, u, OUTER_START, form!(seam));
-    }
-    if least < INNER_END {
-        put_below(&mut all, u, INNER_END, form!(inner));
-    }
-    all
-}
-
-/// `form` where u is below `limit`.
-#[inline(always)]
-fn put_below<R: Real, const N: usize>(all: &mut [R; N], u: R, limit: f64, form: [R; N]) {
-    for i in 0..N {
-        all[i] = all[i].or_below(u, limit, form[i]);
+    match Together::of(&u.extent()) {
+        Together::Inner => at!(|u| Regime::INNER),
+        Together::Outer => at!(|u| Regime::OUTER),
+        Together::Far => at!(|u| Regime::FAR),
+        Together::Mixed => at!(|u| Regime::of(u)),
     }
 }
 
@@ -264,12 +311,13 @@ mod tests {
 
     #[test]
     fn regimes_agree_where_they_meet() {
-        for (u, s, other) in [
-            (INNER_END, seam as fn(f64, f64) -> Basis, inner as fn(f64, f64) -> Basis),
-            (OUTER_START, seam, outer),
-            (FAR_START, outer, far),
+        let seam = Regime::of(1.0);
+        for (u, one, other) in [
+            (INNER_END, seam, Regime::INNER),
+            (OUTER_START, seam, Regime::OUTER),
+            (FAR_START, Regime::OUTER, Regime::FAR),
         ] {
-            let [s, other] = [s(u, l(u)), other(u, l(u))];
+            let [s, other] = [one, other].map(|regime| functions(u, regime));
             for (a, b) in [(s.m, other.m), (s.a, other.a), (s.e, other.e), (s.h, other.h)] {
                 assert!((a / b - 1.0).abs() < SEAM, "u = {u}: {a} {b}");
             }
@@ -278,7 +326,7 @@ mod tests {
 
     #[test]
     fn values_at_the_scale_radius() {
-        let b = seam(1.0, l(1.0));
+        let b = basis(1.0);
         assert!((b.m - (1.0 - std::f64::consts::LN_2)).abs() < 1e-15);
         assert!((b.e - 1.0 / 3.0).abs() < 1e-15 && (b.h + 4.0 / 15.0).abs() < 1e-15);
     }
@@ -287,7 +335,7 @@ mod tests {
     fn limits_at_the_centre_are_logarithmic() {
         // m → −L/2 − 1/4, u m′ → −1/4, u² m″ → 1/4.
         for u in [1e-30, 1e-20, 1e-12] {
-            let b = inner(u, l(u));
+            let b = basis(u);
             let [m, p1, p2] = b.nfw();
             assert!((m - (-0.5 * b.l - 0.25)).abs() < 1e-10);
             assert!((p1 + 0.25).abs() < 1e-10 && (p2 - 0.25).abs() < 1e-10, "{u:e} {p1} {p2}");
@@ -306,8 +354,8 @@ mod tests {
                     let alone = basis(u);
                     assert_eq!([m(u), fast.0[i]], [alone.m; 2], "{u}");
                     assert_eq!(full.map(|own| own.0[i]), alone.nfw(), "{u}");
-                    let Basis { l, a, m, e, h } = alone;
-                    assert_eq!(columns.map(|own| own.0[i]), [l, a, m, e, h], "{u}");
+                    let Basis { l, a, m, e, h, inv_u } = alone;
+                    assert_eq!(columns.map(|own| own.0[i]), [l, a, m, e, h, inv_u], "{u}");
                 }
             }
         }

@@ -39,8 +39,8 @@ pub(super) fn by_scale<R: Real>(p1: R, k: f64, scale_arcsec: f64) -> R {
 ///
 /// M is the identity for a round lens. With [`Radial::with_elliptical_potential`] the isopotentials are ellipses, as in
 /// lenstronomy's `*_ELLIPSE_POTENTIAL` (square-average radius): rotate by φ, x√(1−ε), y√(1+ε), ε = (1−q²)/(1+q²).
-/// With t = Mθ, n = t/|t|, p₁ = u·m′ and p₂ = u²·m″ the round derivatives are
-/// H_ij = k[m δ_ij + 2p₁ n_i n_j], T_ijk = (2k/r)[p₁(δ_ij n_k + δ_ik n_j + δ_jk n_i) + 2p₂ n_i n_j n_k];
+/// With t = Mθ, r = |t|, p₁ = u·m′ and p₂ = u²·m″ the round derivatives are
+/// H_ij = k[m δ_ij + 2p₁ t_i t_j/r²], T_ijk = (2k/r²)[p₁(δ_ij t_k + δ_ik t_j + δ_jk t_i) + 2p₂ t_i t_j t_k/r²];
 /// each index is then carried back by M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radial<L> {
@@ -83,11 +83,10 @@ impl<L: RadialLaw> Radial<L> {
         Offset { d, t, u: u.max(U_FLOOR) }
     }
 
-    /// 1/r and the unit vector t/r.
+    /// 1/r².
     #[inline(always)]
-    fn direction<R: Real>(&self, at: &Offset<R>) -> (R, [R; 2]) {
-        let inv_r = R::splat(1.0) / (at.u.sqrt() * self.scale_arcsec);
-        (inv_r, at.t.map(|t| t * inv_r))
+    fn inv_r2<R: Real>(&self, at: &Offset<R>) -> R {
+        R::splat(1.0) / (at.u * (self.scale_arcsec * self.scale_arcsec))
     }
 
     /// A vector of the frame of the axes, back on the sky.
@@ -98,7 +97,7 @@ impl<L: RadialLaw> Radial<L> {
 
     #[inline(always)]
     fn hessian_at<R: Real>(&self, at: &Offset<R>, m: R, p1: R) -> [R; 3] {
-        let [xx, xy, yy] = radial_hessian(self.k, m, p1, self.direction(at).1);
+        let [xx, xy, yy] = radial_hessian(self.k, m, p1, at.t, self.inv_r2(at));
         let m = &self.axes;
         [(0, 0), (0, 1), (1, 1)]
             .map(|(a, b)| (xx * m[0][b] + xy * m[1][b]) * m[0][a] + (xy * m[0][b] + yy * m[1][b]) * m[1][a])
@@ -174,8 +173,8 @@ impl<L: RadialLaw> MassProfile for Radial<L> {
     fn third_derivatives(&self, x: f64, y: f64) -> [f64; 4] {
         let at = self.offset(x, y);
         let [m, p1, p2] = self.law.radial(at.u);
-        let (inv_r, n) = self.direction(&at);
-        let t = RadialDerivatives { k: self.k, m, p1, p2 }.third_derivatives(n, inv_r);
+        let (t, inv_r2) = (at.t, self.inv_r2(&at));
+        let t = RadialDerivatives { k: self.k, m, p1, p2, t, inv_r2 }.third_derivatives();
         let m = &self.axes;
         [(0, 0, 0), (0, 0, 1), (0, 1, 1), (1, 1, 1)].map(|(a, b, c)| {
             let mut sum = 0.0;
@@ -211,30 +210,31 @@ pub(crate) struct RadialDerivatives {
     pub m: f64,
     pub p1: f64,
     pub p2: f64,
+    /// Offset from the centre, arcsec.
+    pub t: [f64; 2],
+    /// 1/r², per arcsec².
+    pub inv_r2: f64,
 }
 
 impl RadialDerivatives {
     #[inline(always)]
-    pub fn hessian(&self, n: [f64; 2]) -> [f64; 3] {
-        radial_hessian(self.k, self.m, self.p1, n)
+    pub fn hessian(&self) -> [f64; 3] {
+        radial_hessian(self.k, self.m, self.p1, self.t, self.inv_r2)
     }
 
     #[inline(always)]
-    pub fn third_derivatives(&self, n: [f64; 2], inv_r: f64) -> [f64; 4] {
-        let (a, b) = (2.0 * self.k * inv_r * self.p1, 4.0 * self.k * inv_r * self.p2);
-        let [nx, ny] = n;
-        [
-            nx * (3.0 * a + b * nx * nx),
-            ny * (a + b * nx * nx),
-            nx * (a + b * ny * ny),
-            ny * (3.0 * a + b * ny * ny),
-        ]
+    pub fn third_derivatives(&self) -> [f64; 4] {
+        let by_r2 = 2.0 * self.k * self.inv_r2;
+        let (a, b) = (by_r2 * self.p1, 2.0 * by_r2 * self.inv_r2 * self.p2);
+        let [x, y] = self.t;
+        let (xx, yy) = (b * x * x, b * y * y);
+        [x * (3.0 * a + xx), y * (a + xx), x * (a + yy), y * (3.0 * a + yy)]
     }
 }
 
-/// Hessian of a round lens in the direction `n`.
+/// Hessian of a round lens at `t`.
 #[inline(always)]
-fn radial_hessian<R: Real>(k: f64, m: R, p1: R, n: [R; 2]) -> [R; 3] {
-    let (isotropic, directed) = (m * k, p1 * (2.0 * k));
-    [isotropic + directed * n[0] * n[0], directed * n[0] * n[1], isotropic + directed * n[1] * n[1]]
+fn radial_hessian<R: Real>(k: f64, m: R, p1: R, t: [R; 2], inv_r2: R) -> [R; 3] {
+    let (isotropic, directed) = (m * k, p1 * (2.0 * k) * inv_r2);
+    [isotropic + directed * t[0] * t[0], directed * t[0] * t[1], isotropic + directed * t[1] * t[1]]
 }

@@ -150,9 +150,9 @@ impl Each<4, 1> for MAlone {
 /// (m, u·m′, u²·m″) from u and all functions of the NFW lens.
 struct Whole(Truncation);
 
-impl Each<6, 3> for Whole {
+impl Each<7, 3> for Whole {
     #[inline(always)]
-    fn of(&self, [u, basis @ ..]: [f64; 6]) -> [f64; 3] {
+    fn of(&self, [u, basis @ ..]: [f64; 7]) -> [f64; 3] {
         self.0.radial(u, &basis.into())
     }
 }
@@ -160,9 +160,9 @@ impl Each<6, 3> for Whole {
 /// (m, u·m′, ∂m/∂τ).
 struct WithTau(Truncation);
 
-impl Each<6, 3> for WithTau {
+impl Each<7, 3> for WithTau {
     #[inline(always)]
-    fn of(&self, [u, basis @ ..]: [f64; 6]) -> [f64; 3] {
+    fn of(&self, [u, basis @ ..]: [f64; 7]) -> [f64; 3] {
         let basis = basis.into();
         let [m, p1, _] = self.0.radial(u, &basis);
         [m, p1, self.0.m_by_tau(u, &basis, m)]
@@ -171,9 +171,9 @@ impl Each<6, 3> for WithTau {
 
 /// Functions of u that the truncation makes of the NFW functions.
 #[inline(always)]
-fn truncated<R: Real, const N: usize>(u: R, f: &impl Each<6, N>) -> [R; N] {
-    let [l, a, m, e, h] = nfw_radial::columns(u);
-    R::each([u, l, a, m, e, h], f)
+fn truncated<R: Real, const N: usize>(u: R, f: &impl Each<7, N>) -> [R; N] {
+    let [l, a, m, e, h, inv_u] = nfw_radial::columns(u);
+    R::each([u, l, a, m, e, h, inv_u], f)
 }
 
 impl TruncatedNfw {
