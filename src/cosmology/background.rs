@@ -102,8 +102,7 @@ impl Background {
     /// Comoving distance from `z1` to `z2`, Mpc; negative when `z2` < `z1`.
     pub fn comoving_distance_between_mpc(&self, z1: f64, z2: f64) -> f64 {
         let u1 = (1.0 + z1).sqrt().recip();
-        let width = u1 * -(-0.5 * ((z2 - z1) / (1.0 + z1)).ln_1p()).exp_m1();
-        self.hubble_distance_mpc() * self.distance_integral(u1, width)
+        self.hubble_distance_mpc() * self.distance_integral(u1, u1 * width_to((z2 - z1) / (1.0 + z1)))
     }
 
     /// Angular diameter distance from us to redshift `z` ≥ 0, Mpc.
@@ -131,7 +130,7 @@ impl Background {
     ///
     /// Errors: as there.
     pub fn redshift_near(&self, z_guess: f64, chi_mpc: f64) -> Result<f64> {
-        self.redshift_from(chi_mpc, -(-0.5 * z_guess.max(0.0).ln_1p()).exp_m1())
+        self.redshift_from(chi_mpc, width_to(z_guess.max(0.0)))
     }
 
     fn redshift_from(&self, chi_mpc: f64, mut width: f64) -> Result<f64> {
@@ -158,13 +157,21 @@ impl Background {
                 break;
             }
         }
-        Ok((-2.0 * (-width).ln_1p()).exp_m1())
+        // (1−w)⁻² − 1.
+        let u = 1.0 - width;
+        Ok(width * (2.0 - width) / (u * u))
     }
 
     /// 2 ∫ du / √(Ωm + (1−Ωm) u⁶) over [`u_high` − `width`, `u_high`].
     fn distance_integral(&self, u_high: f64, width: f64) -> f64 {
         2.0 * width * mean_inverse_energy(self.omega_m, u_high, width)
     }
+}
+
+/// 1 − (1+z)^(−1/2), without cancellation.
+fn width_to(z: f64) -> f64 {
+    let root = (1.0 + z).sqrt();
+    z / (root * (1.0 + root))
 }
 
 /// Steps allowed to Halley's iteration, which needs two or three.
@@ -182,7 +189,15 @@ kernel! {
             let u3 = u * u * u;
             *term *= 1.0 / (omega_m + (1.0 - omega_m) * (u3 * u3)).sqrt();
         }
-        terms.iter().fold(0.0, |sum, term| sum + term)
+        // Halves upon halves: sums side by side, each of few roundings.
+        let mut n = terms.len();
+        while n > 1 {
+            n /= 2;
+            for i in 0..n {
+                terms[i] += terms[i + n];
+            }
+        }
+        terms[0]
     }
 }
 

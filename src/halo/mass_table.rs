@@ -24,6 +24,8 @@ struct Cumulative {
     power: f64,
     at: Vec<f64>,
     guide: Vec<u32>,
+    /// By how much e^{g t} grows across each cell, and ln(1 + growth).
+    growth: Vec<[f64; 2]>,
 }
 
 impl MassTable {
@@ -142,13 +144,15 @@ fn exponential_integral(g: f64, d: f64) -> f64 {
 
 impl Cumulative {
     fn new(power: f64, start: f64, step: f64, density: &[f64]) -> Self {
-        let mut at = vec![0.0];
+        let (mut at, mut growth) = (vec![0.0], Vec::new());
         let mut sum = 0.0;
         for (i, pair) in density.windows(2).enumerate() {
             let g = (pair[1] / pair[0]).ln() / step + power;
             let weight = (power * (start + step * i as f64)).exp();
             sum += pair[0] * weight * exponential_integral(g, step);
             at.push(sum);
+            let across = pair[1] / pair[0] * (power * step).exp() - 1.0;
+            growth.push([across, across.ln_1p()]);
         }
         let cells = at.len() - 1;
         let guide = (0..cells)
@@ -157,7 +161,7 @@ impl Cumulative {
                 (at.partition_point(|v| *v <= target).clamp(1, cells) - 1) as u32
             })
             .collect();
-        Self { power, at, guide }
+        Self { power, at, guide, growth }
     }
 
     fn total(&self) -> f64 {
@@ -205,11 +209,11 @@ impl Cumulative {
         let low = table.start + table.step * cell as f64;
         let share = (target - self.at[cell]) / (self.at[cell + 1] - self.at[cell]);
         // Invert ∫e^{gt}: t = ln(1 + share·(e^{g·step} − 1))/g.
-        let growth = table.density[cell + 1] / table.density[cell] * (self.power * table.step).exp() - 1.0;
+        let [growth, ln_growth] = self.growth[cell];
         if growth.abs() < 1e-8 {
             low + share * table.step
         } else {
-            low + table.step * (share * growth).ln_1p() / growth.ln_1p()
+            low + table.step * (share * growth).ln_1p() / ln_growth
         }
     }
 }

@@ -171,6 +171,9 @@ impl Haloes {
         sight: &LineOfSight,
         radii_arcsec: &[f64],
     ) -> Result<Vec<Complex<f64>>> {
+        if radii_arcsec.is_empty() {
+            return Ok(Vec::new());
+        }
         let ray = self.ray(config.line_of_sight.reference == Reference::Bent, sight);
         let in_disc = |radius: &f64| {
             los_shear_in_disc(&self.catalogue, config.line_of_sight.z_lens, *radius, |i| ray[i])
