@@ -30,25 +30,33 @@ const ARCTAN: [f64; 11] = [
     -0.019_166_513_005_958_467,
 ];
 
-/// Σ cₙzⁿ as two sums in z², of even and odd n, which the processor adds side by side.
+/// Σ cₙzⁿ of at least four terms as four sums in z⁴, which the processor adds side by side.
 #[inline(always)]
 pub fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], z: R) -> R {
     let square = z * z;
-    let mut sums = [R::splat(coefficients[N - 2]), R::splat(coefficients[N - 1])];
-    for pair in coefficients[..N - 2].rchunks(2) {
-        if let [low, high] = pair {
-            sums = [sums[0] * square + *low, sums[1] * square + *high];
-        } else {
-            sums = [sums[1] * square + pair[0], sums[0]];
-        }
+    let fourth = square * square;
+    let (lower, highest) = coefficients.split_at(N - 4);
+    let mut sums = [R::splat(0.0); 4];
+    for k in 0..4 {
+        sums[k] = R::splat(highest[k]);
     }
-    sums[0] + z * sums[1]
+    for lower in lower.rchunks(4) {
+        let [a, b, c, d] = sums;
+        sums = match lower {
+            [p, q, r, s] => [a * fourth + *p, b * fourth + *q, c * fourth + *r, d * fourth + *s],
+            [p, q, r] => [b * fourth + *p, c * fourth + *q, d * fourth + *r, a],
+            [p, q] => [c * fourth + *p, d * fourth + *q, a, b],
+            [p] => [d * fourth + *p, a, b, c],
+            _ => sums,
+        };
+    }
+    (sums[0] + z * sums[1]) + square * (sums[2] + z * sums[3])
 }
 
-/// artanh(s)/s for |s| ≤ (√2−1)/(√2+1) = 0.1716, from z = s².
+/// (artanh(s)/s − 1)/s² for |s| ≤ (√2−1)/(√2+1) = 0.1716, from z = s².
 #[inline(always)]
-pub fn artanh_over_argument<R: Real>(z: R) -> R {
-    z * polynomial(&ARTANH, z) + 1.0
+pub fn artanh_series<R: Real>(z: R) -> R {
+    polynomial(&ARTANH, z)
 }
 
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
@@ -71,7 +79,8 @@ pub fn reduced_for_ln<R: Real>(x: R) -> ([R; 2], R) {
 /// ½ ln x = ½e·ln 2 + artanh s.
 #[inline(always)]
 pub fn half_ln_of_reduced<R: Real>(s: R, e: R) -> R {
-    e * (0.5 * LN2_HIGH) + (s * artanh_over_argument(s * s) + e * (0.5 * LN2_LOW))
+    let z = s * s;
+    e * (0.5 * LN2_HIGH) + ((s + e * (0.5 * LN2_LOW)) + s * z * artanh_series(z))
 }
 
 /// ln(1 + x) for x ≥ 0, without loss where x is small.
@@ -83,10 +92,10 @@ pub fn ln_1p<R: Real>(x: R) -> R {
     half_ln_of_reduced(s, e) * 2.0
 }
 
-/// arctan(t)/t for |t| ≤ tan(π/8) = √2 − 1, from z = t².
+/// (arctan(t)/t − 1)/t² for |t| ≤ tan(π/8) = √2 − 1, from z = t².
 #[inline(always)]
-pub fn arctan_over_argument<R: Real>(z: R) -> R {
-    z * polynomial(&ARCTAN, z) + 1.0
+pub fn arctan_series<R: Real>(z: R) -> R {
+    polynomial(&ARCTAN, z)
 }
 
 /// eˣ; 0 below −708, and arguments above 708 are taken as 708.

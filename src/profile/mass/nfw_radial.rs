@@ -11,7 +11,7 @@
 //! way a loop over rays becomes SIMD code with the same bits, of one square root and one division a ray.
 
 use crate::numerics::elementary::{
-    arctan_over_argument, artanh_over_argument, half_ln_of_reduced, polynomial, reduced_for_ln,
+    arctan_series, artanh_series, half_ln_of_reduced, polynomial, reduced_for_ln,
 };
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, SQRT_2};
 
@@ -159,19 +159,20 @@ pub fn functions(u: f64, at: Regime) -> Basis {
     let of_form = first * second;
     let of_form_and_u = of_form * u;
     let one_over_all = 1.0 / (of_form_and_u * denominator);
-    let (inv_denominator, one_over_form_and_u) = (one_over_all * of_form_and_u, one_over_all * denominator);
+    let one_over_form_and_u = one_over_all * denominator;
     let (inv_u, one_over_form) = (one_over_form_and_u * of_form, one_over_form_and_u * u);
     let (inv_first, inv_second) = (one_over_form * second, one_over_form * first);
 
-    let l = half_ln_of_reduced(numerator * inv_denominator, exponent - 2.0);
+    // Terms that are known early are added first: a ray waits for each operation that follows the division.
+    let l = half_ln_of_reduced(numerator * of_form_and_u * one_over_all, exponent - 2.0);
     let (s, inv_2_minus_q) = (0.5 * u * inv_first, (1.0 + w) * inv_first);
-    let m_inner = (-l - inv_2_minus_q * artanh_over_argument(s * s)) * inv_second;
+    let m_inner = (-l - inv_2_minus_q * (1.0 + s * s * artanh_series(s * s))) * inv_second;
     let inv_w = at.pick((1.0 + w) * inv_second, 0.0, inv_second, w * inv_second);
-    let t = at.pick(0.0, 0.0, (w - 1.0) * inv_first, -inv_w);
-    // In the far regime known before w.
-    let t_squared = if at.far { inv_second } else { t * t };
+    let t = (w - 1.0) * inv_first;
+    // t² and t/w; in the far regime they do not wait for w.
+    let (z_arctan, t_over_w) = if at.far { (inv_second, -inv_second) } else { (t * t, t * inv_w) };
     let angle = if at.far { FRAC_PI_2 } else { FRAC_PI_4 };
-    let a_outside = (angle + t * arctan_over_argument(t_squared)) * inv_w;
+    let a_outside = (angle * inv_w + t_over_w) + t_over_w * z_arctan * arctan_series(z_arctan);
     let h_seam = polynomial(&SEAM_H, z);
     let e_seam = (1.0 - z * h_seam) * inv_first;
 
