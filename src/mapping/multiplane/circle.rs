@@ -181,7 +181,7 @@ impl LineOfSight {
         let near = self.through_meeting::<2>(&mut rays, 0..self.planes.len(), &nearby);
         rays.advance::<2>(self.chi_source_cmpc);
         let origin = self.origin(self.chi_source_cmpc).x;
-        let rays = rays.bundle::<2>(RAYS, origin, 1.0 / self.chi_source_cmpc);
+        let rays = rays.bundle::<2>(RAYS, origin, self.chi_source_cmpc);
         Circle { angles: nearby.angles, rays, near }
     }
 

@@ -266,7 +266,7 @@ impl LineOfSight {
             rays.through::<ORDER>(farther);
             rays.advance::<ORDER>(self.chi_source_cmpc);
             monitor.advance(x.len() as u64);
-            Ok(rays.bundle::<ORDER>(x.len(), end, 1.0 / self.chi_source_cmpc))
+            Ok(rays.bundle::<ORDER>(x.len(), end, self.chi_source_cmpc))
         };
         RayBundle::joined(x.par_chunks(BLOCK).zip(slope.par_chunks(BLOCK)).map(block).collect())
     }

@@ -92,11 +92,10 @@ fn of<const N: usize>(
     origin: [f64; 2],
     length_cmpc: f64,
 ) -> RayDerivatives {
-    let scale = 1.0 / length_cmpc;
     RayDerivatives {
-        beta_arcsec: [0, 1].map(|c| (rays.x[c][i] - origin[c]) * scale),
-        jacobian: std::array::from_fn(|c| rays.by_theta.dx[c][i] * scale),
-        second_per_arcsec: std::array::from_fn(|c| rays.by_theta.d2x[c][i] * scale),
+        beta_arcsec: [0, 1].map(|c| (rays.x[c][i] - origin[c]) / length_cmpc),
+        jacobian: std::array::from_fn(|c| rays.by_theta.dx[c][i] / length_cmpc),
+        second_per_arcsec: std::array::from_fn(|c| rays.by_theta.d2x[c][i] / length_cmpc),
     }
 }
 

@@ -161,17 +161,19 @@ impl<const N: usize> RaysTogether<N> {
         [self.s[0][i], self.s[1][i]]
     }
 
-    /// The first `used` rays as seen from the start: (x − `origin`)·`scale` and its derivatives.
-    pub fn bundle<const ORDER: usize>(&self, used: usize, origin: [f64; 2], scale: f64) -> RayBundle {
-        let position = |i: usize| [(self.x[0][i] - origin[0]) * scale, (self.x[1][i] - origin[1]) * scale];
+    /// The first `used` rays as seen from the start: (x − `origin`)/`length_cmpc` and its derivatives.
+    ///
+    /// A division, not the product with an inverse, lest empty space have a convergence of 1e-16.
+    pub fn bundle<const ORDER: usize>(&self, used: usize, origin: [f64; 2], length_cmpc: f64) -> RayBundle {
+        let position = |i: usize| [0, 1].map(|c| (self.x[c][i] - origin[c]) / length_cmpc);
         let mut rays = RayBundle { beta_arcsec: (0..used).map(position).collect(), ..RayBundle::default() };
         if ORDER >= 1 {
             rays.jacobian =
-                (0..used).map(|i| std::array::from_fn(|c| self.by_theta.dx[c][i] * scale)).collect();
+                (0..used).map(|i| std::array::from_fn(|c| self.by_theta.dx[c][i] / length_cmpc)).collect();
         }
         if ORDER >= 2 {
             rays.second_per_arcsec =
-                (0..used).map(|i| std::array::from_fn(|c| self.by_theta.d2x[c][i] * scale)).collect();
+                (0..used).map(|i| std::array::from_fn(|c| self.by_theta.d2x[c][i] / length_cmpc)).collect();
         }
         rays
     }

@@ -93,9 +93,9 @@ impl Segment {
         theta: &[[f64; 2]],
         monitor: &dyn Monitor,
     ) -> Result<RayBundle> {
-        let scale = 1.0 / self.span.length_cmpc();
+        let length_cmpc = self.span.length_cmpc();
         RayBundle::in_blocks(theta, BLOCK, monitor, |theta| {
-            self.to_end::<ORDER>(theta).bundle::<ORDER>(theta.len(), self.span.x_axis_end, scale)
+            self.to_end::<ORDER>(theta).bundle::<ORDER>(theta.len(), self.span.x_axis_end, length_cmpc)
         })
     }
 

@@ -10,11 +10,11 @@
 //! side without a branch: told of one regime it is that one's code alone, told of each ray's own it is that of all. Either
 //! way a loop over rays becomes SIMD code with the same bits, of one square root and one division a ray.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, SQRT_2};
+
 use crate::numerics::elementary::{
     arctan_series, artanh_series, half_ln_of_reduced, polynomial, reduced_for_ln,
 };
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, SQRT_2};
-
 use crate::numerics::real::{Each, Real};
 
 /// Below this u the form without cancellation at u → 0 is used.

@@ -37,8 +37,8 @@ pub(super) fn sample(segment: &Segment, square: Field, tolerance_arcsec: f64) ->
             )
         },
     );
-    let scale = 1.0 / segment.span.length_cmpc();
-    let end = |x: [f64; 2]| [0, 1].map(|c| (x[c] - segment.span.x_axis_end[c]) * scale);
+    let length_cmpc = segment.span.length_cmpc();
+    let end = |x: [f64; 2]| [0, 1].map(|c| (x[c] - segment.span.x_axis_end[c]) / length_cmpc);
     let beta_arcsec = first.1.into_iter().chain(second.1).map(end).collect();
     let met = Met::joined([first.0, second.0]);
     let rough = halts

@@ -100,8 +100,8 @@ impl Compared {
         let at_end = half(1, reference.end, chi_end_cmpc);
         let widest = at_lens.last().copied().unwrap_or(0.0).max(field_half);
         let most = at_end[((1.0 - LEFT_OUT) * spread as f64) as usize - 1];
-        let scale = 1.0 / segment.span.length_cmpc();
-        let beta = |[_, end]: &[[f64; 2]; 2]| [0, 1].map(|c| (end[c] - x_axis_end[c]) * scale);
+        let length_cmpc = segment.span.length_cmpc();
+        let beta = |[_, end]: &[[f64; 2]; 2]| [0, 1].map(|c| (end[c] - x_axis_end[c]) / length_cmpc);
         Self {
             half_at_lens_arcsec: MARGIN * widest,
             half_at_end_arcsec: MARGIN * most,
