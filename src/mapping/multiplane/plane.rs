@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::halo::HaloCatalogue;
-use crate::profile::mass::{MassModel, Nfw, Truncation, nfw_radial};
+use crate::profile::mass::{MassModel, Nfw, Truncation, nfw_radial, resolved_scale_radius};
 
 /// The sheet of negative convergence that compensates the mass added as haloes.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,7 +77,7 @@ pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets
         .map(|i| {
             let chi = haloes.chi_cmpc[i];
             let f = chi_source_cmpc / (chi_source_cmpc - chi);
-            let r_s = haloes.r_s_arcsec[i];
+            let r_s = resolved_scale_radius(haloes.r_s_arcsec[i]);
             let mut plane = Plane {
                 chi_cmpc: chi,
                 inv_chi: 1.0 / chi,
@@ -123,5 +123,30 @@ impl Plane {
         let [m, p1, _] =
             self.radial(self.u(self.centre_arcsec[0] - theta[0], self.centre_arcsec[1] - theta[1]));
         self.fk * (m + p1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cosmology::Background;
+    use crate::halo::HaloMasses;
+    use crate::profile::mass::MassProfile;
+
+    #[test]
+    fn haloes_of_no_size_deflect_nothing_and_stay_finite() {
+        for r_s in [1e-40, 1e-78, 1e-150, 1e-300] {
+            let masses = HaloMasses::Angles { r_s_arcsec: vec![r_s], alpha_rs_arcsec: vec![1e-3] };
+            let place = [vec![1.0], vec![0.5]];
+            let haloes = HaloCatalogue::new(1.5, &Background::paper(), vec![0.3], place, masses).unwrap();
+            let plane = sorted_planes(&haloes, 4000.0, &Sheets::OnAxis)[0];
+            for theta in [[0.3, 0.4], [1.0, 0.5], [1e9, 0.0]] {
+                let (kick, hessian) = plane.linear(theta);
+                assert!(kick.iter().all(|v| v.abs() < 1e-20), "{r_s:e} {theta:?} {kick:?}");
+                assert!(hessian.iter().all(|v| v.is_finite()), "{r_s:e} {theta:?} {hessian:?}");
+                let third = haloes.profile(0).unwrap().third_derivatives(theta[0], theta[1]);
+                assert!(third.iter().all(|v| v.is_finite()), "{r_s:e} {theta:?} {third:?}");
+            }
+        }
     }
 }

@@ -20,6 +20,7 @@ pub use einstein_radius::{einstein_radius_arcsec, mean_convergence};
 pub use epl::Epl;
 pub use external::External;
 pub use nfw::Nfw;
+pub(crate) use nfw::resolved_scale_radius;
 pub use point_mass::PointMass;
 pub use polar_shear::PolarShear;
 pub(crate) use profile::MOST_PARAMETERS;

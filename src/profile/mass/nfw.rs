@@ -85,6 +85,7 @@ impl Nfw {
     pub fn new(r_s_arcsec: f64, alpha_rs_arcsec: f64, centre_arcsec: [f64; 2]) -> Result<Self> {
         SCALE_RADIUS.domain.check("r_s_arcsec", r_s_arcsec)?;
         ALPHA_RS.domain.check("alpha_rs_arcsec", alpha_rs_arcsec)?;
+        let r_s_arcsec = resolved_scale_radius(r_s_arcsec);
         Self::round(NfwLaw, r_s_arcsec, Self::strength(r_s_arcsec, alpha_rs_arcsec), centre_arcsec)
     }
 
@@ -92,4 +93,9 @@ impl Nfw {
     pub fn strength(r_s_arcsec: f64, alpha_rs_arcsec: f64) -> f64 {
         alpha_rs_arcsec / (r_s_arcsec * M_AT_R_S)
     }
+}
+
+/// The scale radius, at least 1e-30″: a halo's mass within any angle falls with it, and below that powers of u overflow.
+pub(crate) fn resolved_scale_radius(r_s_arcsec: f64) -> f64 {
+    r_s_arcsec.max(1e-30)
 }

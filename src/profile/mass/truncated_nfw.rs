@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::nfw::{ALPHA_RS, Nfw, SCALE_RADIUS};
+use super::nfw::{ALPHA_RS, Nfw, SCALE_RADIUS, resolved_scale_radius};
 use super::nfw_radial::{self, Basis};
 use super::radial::{Radial, RadialLaw, by_scale};
 use crate::error::Result;
@@ -190,6 +190,7 @@ impl TruncatedNfw {
         SCALE_RADIUS.domain.check("r_s_arcsec", r_s_arcsec)?;
         ALPHA_RS.domain.check("alpha_rs_arcsec", alpha_rs_arcsec)?;
         TRUNCATION_RADIUS.domain.check("r_trunc_arcsec", r_trunc_arcsec)?;
+        let r_s_arcsec = resolved_scale_radius(r_s_arcsec);
         let law = TruncatedNfwLaw { tau: r_trunc_arcsec / r_s_arcsec };
         Self::round(law, r_s_arcsec, Nfw::strength(r_s_arcsec, alpha_rs_arcsec), centre_arcsec)
     }
