@@ -1,10 +1,11 @@
 //! An image, a compiled model and a mesh as a likelihood over latent coordinates, with gradient and Fisher matrix.
 
-use nalgebra::{DMatrix, DVector, DVectorView};
+use nalgebra::{DVector, DVectorView};
 
 use super::amplitudes::{By, ImageFit, combine, informations};
 use super::latent::{Curvature, LatentLikelihood, NoCurvature};
 use super::observation::Observation;
+use super::pixel_sums::weighted_gram;
 use crate::error::Result;
 use crate::imaging::Blur;
 use crate::inference::model::{CompiledModel, Evaluation, LikelihoodKind, Mesh};
@@ -169,22 +170,18 @@ impl LatentLikelihood for ImageLikelihood {
         let (free, slopes) = self.model.at_latent(latent);
         let (at, lights, fit) = self.fit(&free, By::Model).ok_or(NoCurvature::ZeroLikelihood)?;
         let [information, _] = informations(&self.observation, &combine(&lights, &fit.amplitudes));
-        let root: Vec<f64> = information.iter().map(|f| f.sqrt()).collect();
-        let pixels = root.len();
+        let pixels = information.len();
         let mut gradient = -DVector::from_column_slice(latent);
-        // Columns ∂m/∂p, then B, each times √f.
-        let mut columns = DMatrix::zeros(pixels, slopes.len() + lights.len());
-        let (of_free, of_lights) = columns.as_mut_slice().split_at_mut(pixels * slopes.len());
+        // ∂m/∂p, then B, as the columns of a matrix A; the Fisher matrix is Aᵀ diag(f) A.
         let by_free = at.columns(&self.mesh, &fit.amplitudes);
-        for (i, (fluxes, column)) in by_free.iter().zip(of_free.chunks_exact_mut(pixels)).enumerate() {
+        let mut convolved = vec![0.0; pixels * by_free.len()];
+        for (i, (fluxes, column)) in by_free.iter().zip(convolved.chunks_exact_mut(pixels)).enumerate() {
             self.blur.convolve_into(fluxes, column);
             gradient[i] += slopes[i] * dot(&fit.adjoint[0], column);
-            column.iter_mut().zip(&root).for_each(|(v, root)| *v *= root);
         }
-        for (light, column) in lights.iter().zip(of_lights.chunks_exact_mut(pixels)) {
-            column.iter_mut().zip(light.iter().zip(&root)).for_each(|(v, (b, root))| *v = b * root);
-        }
-        let mut fisher = columns.transpose() * columns;
+        let columns: Vec<&[f64]> =
+            convolved.chunks_exact(pixels).chain(lights.iter().map(Vec::as_slice)).collect();
+        let mut fisher = weighted_gram(&information, &columns);
         let (p, k) = (slopes.len(), fit.amplitudes.len());
         for (j, [_, sd]) in self.model.amplitude_priors.iter().enumerate() {
             fisher[(p + j, p + j)] += 1.0 / (sd * sd);

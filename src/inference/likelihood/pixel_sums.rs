@@ -147,3 +147,26 @@ kernel! {
         }
     }
 }
+
+/// Aᵀ diag(w) A for the columns of A, one number for each pixel; the same bits on every processor.
+pub(super) fn weighted_gram(weights: &[f64], columns: &[&[f64]]) -> DMatrix<f64> {
+    let k = columns.len();
+    let mut sums = vec![Lanes::ZERO; k * k];
+    sum_products(weights, columns, &mut sums);
+    DMatrix::from_fn(k, k, |i, j| sums[i.max(j) * k + i.min(j)].sum())
+}
+
+kernel! {
+    /// The lower half of [`weighted_gram`], row by row.
+    fn sum_products(weights: &[f64], columns: &[&[f64]], sums: &mut [Lanes]) {
+        for start in (0..weights.len()).step_by(LANES) {
+            let weight = Lanes::load_or_zero(weights, start);
+            for (i, column) in columns.iter().enumerate() {
+                let scaled = weight * Lanes::load(column, start);
+                for (other, sum) in columns.iter().zip(&mut sums[i * columns.len()..][..=i]) {
+                    *sum += scaled * Lanes::load(other, start);
+                }
+            }
+        }
+    }
+}
