@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use hdf5_reader::Dataset;
 use hdf5_reader::group::Group;
+use hdf5_reader::{Attribute, Dataset};
 
 use super::hdf5_reading as reading;
 use crate::error::{Error, FileFault, Result};
@@ -45,7 +45,8 @@ pub(super) fn check_not_packed(path: &Path, dataset: &Dataset) -> Result<()> {
     Ok(())
 }
 
-/// What the attributes `unit` and `units` say, without what is said twice.
+/// What the attributes `unit` and `units` say, without what is said twice. Where they are silent, a power of h or of the scale
+/// factor that simulations say their values to be multiplied by is part of a unit that is not known.
 pub(super) fn stated_units(path: &Path, dataset: &Dataset) -> Result<Vec<String>> {
     let attributes = dataset.attributes();
     let mut stated: Vec<Vec<String>> = Vec::new();
@@ -55,7 +56,22 @@ pub(super) fn stated_units(path: &Path, dataset: &Dataset) -> Result<Vec<String>
             stated.push(texts);
         }
     }
+    if stated.is_empty() {
+        stated.extend(attributes.iter().filter_map(unit_of_scaling).map(|unit| vec![unit]));
+    }
     Ok(stated.concat())
+}
+
+/// As IllustrisTNG (`h_scaling`), EAGLE (`h-scale-exponent`) and SWIFT (`a-scale exponent`) write it.
+fn unit_of_scaling(attribute: &Attribute) -> Option<String> {
+    let name: String = attribute.name.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    let base = match name.as_str() {
+        "hscaling" | "hscaleexponent" => "h",
+        "ascaling" | "ascaleexponent" | "aexpscaleexponent" => "a",
+        _ => return None,
+    };
+    let exponent = attribute.read_as_f64().ok()?;
+    (exponent != 0.0).then(|| format!("? {base}^{exponent} (attribute {})", attribute.name))
 }
 
 fn is_unit(attribute: &str) -> bool {

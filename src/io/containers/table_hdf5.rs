@@ -290,6 +290,35 @@ mod tests {
     }
 
     #[test]
+    fn powers_of_h_and_a_of_simulations_are_part_of_a_unit_that_is_not_known() {
+        for (attribute, exponent, unit) in [
+            ("h_scaling", -1.0, Some("? h^-1 (attribute h_scaling)")),
+            ("a-scale exponent", 1.0, Some("? a^1 (attribute a-scale exponent)")),
+            ("h-scale-exponent", 0.0, None),
+        ] {
+            let (_folder, path) = foreign(&[("haloes/m200c_msun", &[1e9])]);
+            let file = hdf5::File::open_rw(&path).unwrap();
+            let dataset = file.dataset("haloes/m200c_msun").unwrap();
+            dataset.new_attr::<f64>().shape(1).create(attribute).unwrap().write(&[exponent]).unwrap();
+            drop((dataset, file));
+            let table = read(&path, "haloes").unwrap();
+            assert_eq!(table.columns()[0].unit.as_deref(), unit);
+            let converted = table.in_own_units(&["m200c_msun"]);
+            assert_eq!(converted.is_ok(), unit.is_none(), "{attribute}");
+        }
+    }
+
+    #[test]
+    fn a_unit_that_is_a_number_is_refused() {
+        let (_folder, path) = foreign(&[("haloes/z", &[0.5])]);
+        let file = hdf5::File::open_rw(&path).unwrap();
+        let dataset = file.dataset("haloes/z").unwrap();
+        dataset.new_attr::<f64>().create("unit").unwrap().write_scalar(&1e10).unwrap();
+        drop((dataset, file));
+        assert_eq!(fault(&path), "FILE: the attribute unit is no text, but must be");
+    }
+
+    #[test]
     fn the_same_table_gives_the_same_bytes_later() {
         let folder = tempfile::tempdir().unwrap();
         let paths = [folder.path().join("a.h5"), folder.path().join("b.h5")];
