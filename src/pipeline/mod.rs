@@ -42,7 +42,7 @@ pub use missing_concentrations::MissingConcentrations;
 pub use one_core_each::one_core_each;
 pub use relations::Relations;
 pub use rows::{NoRows, RowStore};
-pub use scalars::{SightScalars, source_centre};
+pub use scalars::{SightScalars, lens_centre, source_centre};
 pub use shapes::LensAndSource;
 pub use sightlines::{ImportedSightlines, Sightlines, populate};
 pub use simulate::{Inputs, Simulation, simulate};

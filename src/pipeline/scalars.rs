@@ -109,7 +109,10 @@ fn axis_position(mapping: &impl Mapping) -> [f64; 2] {
 }
 
 /// Centre of the main lens, where the haloes make it appear on the axis: −α_od(0), arcsec.
-pub(super) fn lens_centre(config: &Config, line_of_sight: &LineOfSight) -> Result<[f64; 2]> {
+///
+/// # Errors
+/// When the lens is not before the source.
+pub fn lens_centre(config: &Config, line_of_sight: &LineOfSight) -> Result<[f64; 2]> {
     Ok(axis_position(&line_of_sight.observer_to(config.line_of_sight.z_lens)?))
 }
 

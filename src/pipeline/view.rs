@@ -1,7 +1,7 @@
 //! One line of sight looked through: its tensors, Δ_tot, and the image of the lens seen through it.
 
 use super::los_shears::{LosShears, Seen};
-use super::scalars::{SightScalars, lens_centre, source_centre};
+use super::scalars::SightScalars;
 use super::shapes::LensAndSource;
 use crate::config::{Config, LightConfig};
 use crate::diagnostics::{
@@ -103,8 +103,9 @@ impl View {
         monitor: &dyn Monitor,
     ) -> Result<Self> {
         let z_lens = config.line_of_sight.z_lens;
-        let source_centre_arcsec = source_centre(line_of_sight);
-        let lens = main_lens(config, shapes, line_of_sight)?;
+        let scalars = SightScalars::of(config, line_of_sight)?;
+        let SightScalars { lens_centre_arcsec, source_centre_arcsec, .. } = scalars;
+        let lens = main_lens(config, shapes, lens_centre_arcsec)?;
         let source = light(config, &config.source, shapes.source_ellipticity, source_centre_arcsec)?;
         let lens_light = lens_light(config, shapes)?;
         let grid = SkyGrid::new(config.image.pixels, config.instrument.pixel_scale_arcsec)?;
@@ -117,7 +118,6 @@ impl View {
         let exposure = expose(&scene, grid, &config.instrument, psf, sampling, noise, monitor)?;
         let accuracy = whole.report();
         let outside = line_of_sight.without_plane_at(z_lens)?;
-        let scalars = SightScalars::of(config, line_of_sight)?;
         let seen =
             Seen { shapes, lens: &lens, lens_light: lens_light.as_ref(), whole: &whole, exposure: &exposure };
         let los_shears = LosShears::measure(
@@ -138,7 +138,7 @@ impl View {
             variation,
             averages,
             axis_ray_arcsec: scalars.axis_ray_arcsec,
-            lens_centre_arcsec: scalars.lens_centre_arcsec,
+            lens_centre_arcsec,
             source_centre_arcsec,
             exposure,
             accuracy,
@@ -151,12 +151,12 @@ impl View {
     }
 }
 
-/// The main lens of the configuration, centred so that the haloes make it appear on the axis.
+/// The main lens of the configuration at the centre where it is to be: [`lens_centre`](super::lens_centre), so that the haloes
+/// make it appear on the axis.
 ///
 /// # Errors
 /// When it cannot be built from the configuration.
-pub fn main_lens(config: &Config, shapes: &LensAndSource, line_of_sight: &LineOfSight) -> Result<MainLens> {
-    let centre_arcsec = lens_centre(config, line_of_sight)?;
+pub fn main_lens(config: &Config, shapes: &LensAndSource, centre_arcsec: [f64; 2]) -> Result<MainLens> {
     let (radius, slope) = (config.lens.einstein_radius_arcsec, config.lens.slope);
     let profile = MassModel::Epl(Epl::new(radius, slope, shapes.lens_ellipticity, centre_arcsec)?);
     Ok(MainLens { z: config.line_of_sight.z_lens, profile })

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use haloray::Result;
 use haloray::io::{Provenance, RunFile, Staging, write_curves, write_hdf5_atomically, write_maps};
-use haloray::pipeline::{self, LensAndSource, critical_curves, line_of_sight, main_lens, source_centre};
+use haloray::pipeline::{
+    self, LensAndSource, critical_curves, lens_centre, line_of_sight, main_lens, source_centre,
+};
 use haloray::report::{RunRecord, map_figures, stage_figures, stage_page};
 
 use crate::bars::Bars;
@@ -58,7 +60,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let (maps, accuracy) = pipeline::maps(&config, &sight, bars)?;
     let curves = config.diagnostics.critical_curves.then(|| {
         bars.stage("critical curves", || {
-            let lens = main_lens(&config, &LensAndSource::resolve(&config, args.sight.sightline()), &sight)?;
+            let shapes = LensAndSource::resolve(&config, args.sight.sightline());
+            let lens = main_lens(&config, &shapes, lens_centre(&config, &sight)?)?;
             critical_curves(&sight.through_lens(&lens)?, config.maps.half_width_arcsec, bars)
         })
     });
@@ -87,8 +90,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     };
     tell_sheets(&config, &kappa_of_sheets, bars);
     print_accuracy(&accuracy, bars);
-    print_files(&files, bars);
-    Ok(())
+    print_files(&files, bars)
 }
 
 fn record(args: &Args, staging: &Staging, provenance: &Provenance) -> Result<RunRecord> {

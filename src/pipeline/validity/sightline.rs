@@ -149,7 +149,7 @@ impl<'a> Place<'a> {
         let through = |model| tidal_lens(config, shapes, model);
         let half = view.exposure.grid.half_width_arcsec();
         let of_axis = Delays::of(&through(view.effective.tidal_model())?, half, [0.0; 2])?;
-        let whole = sight.through_lens(&main_lens(config, shapes, sight)?)?;
+        let whole = sight.through_lens(&main_lens(config, shapes, view.lens_centre_arcsec)?)?;
         let truth = of_axis.followed(&whole, view.source_centre_arcsec);
         let of_ring = match view.los_shears.ring {
             Some(BeamAverage { od, os, ds, .. }) => {

@@ -55,6 +55,16 @@ enum Quicker {
     Gathered(Option<Box<Gathered>>),
 }
 
+impl Quicker {
+    /// Fewer rays are traced exactly.
+    fn few_rays(&self) -> usize {
+        match self {
+            Self::Gathered(Some(_)) => 3 * COMPARED,
+            Self::Tiles(_) | Self::Gathered(None) => FEW_RAYS,
+        }
+    }
+}
+
 /// Random rays compared with the exact recursion: what one tile of it holds.
 const COMPARED: usize = 48;
 /// Rounding of the interpolated maps is below this; finer accuracies are traced exactly.
@@ -149,7 +159,8 @@ fn gather<T: Copy + Default>(n: usize, parts: &[Part], of: impl Fn(&RayBundle) -
 impl Mapping for AdaptiveSegment {
     fn trace(&self, theta_arcsec: &[[f64; 2]], order: Order, monitor: &dyn Monitor) -> Result<RayBundle> {
         let n = theta_arcsec.len();
-        let Some((accuracy_arcsec, quicker)) = self.quicker.as_ref().filter(|_| n >= FEW_RAYS) else {
+        let is_worth_it = |(_, quicker): &&(f64, Quicker)| n >= quicker.few_rays();
+        let Some((accuracy_arcsec, quicker)) = self.quicker.as_ref().filter(is_worth_it) else {
             return self.all_exactly(theta_arcsec, order, monitor);
         };
         let mut rng = stream(n as u64, 0, Stage::AccuracyCheck, 0);

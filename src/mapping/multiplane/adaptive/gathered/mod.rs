@@ -32,8 +32,12 @@ use stops::{What, carried};
 
 /// Planes onto which haloes between the start and the end are gathered, and the largest kick beyond its linear part of a halo that
 /// is moved to them, over the root of the accuracy in arcsec: moved past a halo that turns rays by a, it is off by the product of
-/// both over the number of planes. What is too coarse is tried again, finer.
-const PLANES: [(usize, f64); 2] = [(96, 0.1), (256, 0.03)];
+/// both over the number of planes. More planes leave fewer haloes to be met one by one, which pays below 1e-6″.
+const FEW_PLANES: (usize, f64) = (96, 0.1);
+const MANY_PLANES: (usize, f64) = (256, 0.5);
+const MANY_PLANES_BELOW_ARCSEC: f64 = 1e-6;
+/// What is too coarse is tried again, finer.
+const FINER_PLANES: (usize, f64) = (256, 0.03);
 /// More stops than this part of all planes are not worth it.
 const STOPS_SHARE: f64 = 0.5;
 /// Rays that are worth the gathering for each quarter of their field.
@@ -48,7 +52,8 @@ impl Gathered {
     pub fn new(segment: &Segment, field: &Field, accuracy_arcsec: f64) -> Option<Self> {
         let reference = Reference::of(segment, field);
         let compared = Compared::with(segment, &reference, field);
-        for (planes, largest) in PLANES {
+        let first = if accuracy_arcsec < MANY_PLANES_BELOW_ARCSEC { MANY_PLANES } else { FEW_PLANES };
+        for (planes, largest) in [first, FINER_PLANES] {
             let largest_arcsec = largest * accuracy_arcsec.sqrt();
             let bounds = Bounds { accuracy_arcsec, largest_arcsec };
             let mut gathered = Self::onto(planes, segment, &reference, (&compared, field), &bounds);
@@ -170,7 +175,8 @@ impl Call<'_> {
     /// Traces rays of a field, its quarters each on its own where they are many, refused ones again about themselves.
     pub fn trace(&self, whole: Option<&Gathered>, rays: Vec<u32>, depth: usize) -> Result<Traced> {
         let directions = self.directions(&rays);
-        let (Some(field), FEW_RAYS..) = (Field::around(&directions), rays.len()) else {
+        let is_worth_it = whole.is_some() || rays.len() >= FEW_RAYS;
+        let Some(field) = Field::around(&directions).filter(|_| is_worth_it) else {
             return Ok(Traced { refused: rays, ..Traced::default() });
         };
         self.monitor.check()?;
