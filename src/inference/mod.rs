@@ -20,6 +20,7 @@ pub mod sample;
 mod store;
 mod top;
 
+pub(crate) use diagnose::negative_lights;
 pub use diagnose::{DrawStatistics, HPD_FRACTION};
 pub use fit::{Fit, ParameterSummary, UnsampledMaximum};
 pub use fit_settings::FitSettings;

@@ -8,7 +8,7 @@ use super::number_text::{number_text, probability_text};
 use super::page::{RunRecord, stage_page};
 use super::staged::{Drawing, stage_figures, stage_json, stage_text};
 use crate::error::Result;
-use crate::inference::{Fit, ParameterSummary, Profile, UnsampledMaximum};
+use crate::inference::{Fit, ParameterSummary, Profile, UnsampledMaximum, negative_lights};
 use crate::io::{PosteriorVariable, Provenance, RunFile, Staging, TIMINGS, write_posterior};
 use crate::plot::figures::{
     CornerParameter, CornerPosterior, GridData, ProfileCurve, TraceParameter, corner, profiles,
@@ -126,6 +126,7 @@ fn at_edge(fit: &Fit) -> impl Iterator<Item = &str> {
 fn warnings(fit: &Fit) -> Vec<String> {
     let mut warnings = fit.doubts.clone();
     warnings.extend(fit.goodness.doubts(fit.chi2_reduced()));
+    warnings.extend(negative_lights(&fit.likelihood, &fit.image));
     if !fit.status.is_converged {
         warnings.push("the chains have not converged: draws do not yet stand for the posterior".into());
     }

@@ -50,7 +50,7 @@ pub fn run(args: &AdvantageArgs, bars: &Bars) -> Result<Outcome> {
             crate::terminal::print(&table(summary, &study.image.truths));
         }
     }
-    print_files(&files, bars);
+    print_files(&files, bars)?;
     let converged = summaries.iter().all(|summary| summary.converged);
     Ok(if converged { Outcome::Converged } else { Outcome::NotConverged })
 }

@@ -159,8 +159,7 @@ pub fn run(args: &CatalogueArgs, bars: &Bars) -> Result<()> {
         let (table, fits) = (report.markdown(), report.fits.len());
         print(&format!("\n{table}\n{fits} of {} fits, {seconds:.0} s of fitting\n\n", all.len()));
     }
-    print_files(&files, bars);
-    Ok(())
+    print_files(&files, bars)
 }
 
 /// What each fit depends on: image, model and settings.

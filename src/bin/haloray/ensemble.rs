@@ -116,7 +116,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     })?;
     let files = commit(staging)?;
     store.remove();
-    tell(&statistics, &files, bars);
+    tell(&statistics, &files, bars)?;
     Ok(())
 }
 
@@ -154,7 +154,10 @@ pub fn store_beside(output: &Path) -> PathBuf {
 }
 
 /// What an ensemble amounts to, in a few lines.
-pub fn tell(statistics: &EnsembleStatistics, files: &[PathBuf], bars: &Bars) {
+///
+/// # Errors
+/// Where a program does not get its JSON.
+pub fn tell(statistics: &EnsembleStatistics, files: &[PathBuf], bars: &Bars) -> Result<()> {
     for (number, reason) in &statistics.failures {
         warn(format_args!("sightline {number} failed: {reason}"));
     }
@@ -189,5 +192,5 @@ pub fn tell(statistics: &EnsembleStatistics, files: &[PathBuf], bars: &Bars) {
         ];
         print(&format!("{:<14}{heads}\n{}", "", names.iter().filter_map(line).collect::<String>()));
     }
-    print_files(files, bars);
+    print_files(files, bars)
 }

@@ -202,8 +202,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     stage_text(&staging, "config.toml", &provenance.config_toml)?;
     let files = bars.stage("files onto the disk", || commit(staging))?;
     tell(&extraction, bars);
-    print_files(&files, bars);
-    Ok(())
+    print_files(&files, bars)
 }
 
 fn tell(extraction: &ConeExtraction, bars: &Bars) {

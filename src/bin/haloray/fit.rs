@@ -190,7 +190,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<Outcome> {
     if !bars.is_quiet() {
         print(&table(&summary, &truths));
     }
-    print_files(&files, bars);
+    print_files(&files, bars)?;
     Ok(if summary.converged { Outcome::Converged } else { Outcome::NotConverged })
 }
 

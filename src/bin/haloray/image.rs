@@ -83,8 +83,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     };
     tell_sheets(&config, &kappa_of_sheets, bars);
     print_accuracy(&view.accuracy, bars);
-    print_files(&files, bars);
-    Ok(())
+    print_files(&files, bars)
 }
 
 fn record(args: &Args, staging: &Staging, provenance: &Provenance) -> Result<RunRecord> {

@@ -82,8 +82,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         }
     };
     crate::terminal::print_result(&text(&found))?;
-    print_files(&files, bars);
-    Ok(())
+    print_files(&files, bars)
 }
 
 fn record(args: &Args, warnings: Vec<String>, found: &PointImages, provenance: &Provenance) -> RunRecord {

@@ -172,8 +172,8 @@ fn main() -> ExitCode {
 /// Help and version go to stdout; arguments that cannot be used are reported as every other error is.
 fn report_arguments(refused: &clap::Error) -> ExitCode {
     if !refused.use_stderr() || refused.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        let _ = refused.print();
-        return ExitCode::from(if refused.use_stderr() { 2 } else { 0 });
+        let is_lost = refused.print().is_err_and(|error| error.kind() != std::io::ErrorKind::BrokenPipe);
+        return ExitCode::from(if refused.use_stderr() { 2 } else { u8::from(is_lost) });
     }
     let text = refused.render().to_string();
     // How to pass an unknown option as a value, which nobody wants here.

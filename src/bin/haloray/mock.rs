@@ -115,8 +115,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         let of_images = images.as_ref().map_or(0, |(names, _)| names.len());
         crate::terminal::print(&format!("{} systems drawn, {of_images} imaged\n", systems.len()));
     }
-    print_files(&files, bars);
-    Ok(())
+    print_files(&files, bars)
 }
 
 /// Stages the images and their mosaic; returns their names and qualities.

@@ -99,8 +99,7 @@ pub fn finish_study(staging: Staging, result: &str, record: &RunRecord, bars: &B
         let told = lines.map(|line| format!("{line}\n")).collect::<String>();
         crate::terminal::print(&(told.trim_end().to_owned() + "\n"));
     }
-    print_files(&files, bars);
-    Ok(())
+    print_files(&files, bars)
 }
 
 /// Refuses two of one name, or of names that become one in the name of a file.
@@ -118,12 +117,17 @@ pub fn one_of_a_name<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Re
 }
 
 /// Says in one line which files were written; for programs all that they hold in short.
-pub fn print_files(files: &[PathBuf], bars: &Bars) {
+///
+/// # Errors
+/// Where a program does not get its JSON.
+pub fn print_files(files: &[PathBuf], bars: &Bars) -> Result<()> {
     if bars.is_json() {
-        crate::terminal::print(&format!("{:#}\n", json(files)));
-    } else if !bars.is_quiet() {
+        return crate::terminal::print_result(&format!("{:#}\n", json(files)));
+    }
+    if !bars.is_quiet() {
         crate::terminal::print(&listed(files));
     }
+    Ok(())
 }
 
 /// One file by its path; several by their folder and as many names as a line holds, with folders in it as one entry.

@@ -40,6 +40,5 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         stage_text(&staging, &format!("{part}{PAGE_FILE}"), html)?;
     }
     let files = staging.commit()?;
-    print_files(&files.iter().map(|file| Path::new(file).into()).collect::<Vec<_>>(), bars);
-    Ok(())
+    print_files(&files.iter().map(|file| Path::new(file).into()).collect::<Vec<_>>(), bars)
 }

@@ -82,7 +82,7 @@ pub fn run(args: &mut Args, bars: &Bars) -> Result<Outcome> {
             crate::terminal::print(&table(summary, fit.on_axis()));
         }
     }
-    crate::output::print_files(&files, bars);
+    crate::output::print_files(&files, bars)?;
     for fit in &fits {
         if let Some(gain) = fit.missed_by {
             crate::terminal::warn(format_args!(

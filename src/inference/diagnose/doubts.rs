@@ -20,14 +20,21 @@ const NEAR_PIXELS: usize = 2;
 /// Share of its own brightest pixel that the model must reach there in one of them.
 const REACHED: f64 = 0.02;
 
-/// Doubts in words: BKGRMS against the scatter of the pixels, MASK against where the light is, priors against the brightest
+/// Doubts in words: pixels against numbers to fit, BKGRMS against the scatter of the pixels, MASK against where the light is, priors against the brightest
 /// pixels.
 pub fn doubts(likelihood: &ImageLikelihood) -> Vec<String> {
     let observation = likelihood.observation();
-    [noise_doubt(observation), mask_doubt(observation), light_doubt(likelihood)]
+    [number_doubt(likelihood), noise_doubt(observation), mask_doubt(observation), light_doubt(likelihood)]
         .into_iter()
         .flatten()
         .collect()
+}
+
+fn number_doubt(likelihood: &ImageLikelihood) -> Option<String> {
+    let (pixels, numbers) = (likelihood.observation().pixels_in_use(), likelihood.fitted_numbers());
+    (pixels <= numbers).then(|| {
+        format!("{pixels} pixels are in use and {numbers} numbers are fitted: whether the model describes the image cannot be told")
+    })
 }
 
 /// The noise that BKGRMS and EXPTIME give a pixel of that flux.

@@ -24,7 +24,8 @@ pub struct Goodness {
     pub largest_residual_at_arcsec: [f64; 2],
     /// Probability that any of the pixels in use reaches that, were the model true.
     pub largest_residual_p_value: f64,
-    /// True if neither probability is below [`P_VALUE_LIMIT`], and χ² not too small for the noise that is stated.
+    /// True if neither probability is below [`P_VALUE_LIMIT`], χ² not too small for the noise that is stated, and more pixels in use
+    /// than numbers are fitted.
     pub good_fit: bool,
 }
 
@@ -49,7 +50,9 @@ impl Goodness {
             largest_residual_p_value,
             good_fit: true,
         };
-        goodness.good_fit = !goodness.misses_the_image() && !goodness.is_too_close();
+        // As many numbers as pixels describe any image.
+        let tells = likelihood.observation().pixels_in_use() > likelihood.fitted_numbers();
+        goodness.good_fit = tells && !goodness.misses_the_image() && !goodness.is_too_close();
         goodness
     }
 
@@ -86,6 +89,27 @@ impl Goodness {
         }
         doubts
     }
+}
+
+/// In words, the lights whose flux is negative by more than the noise of the pixels explains.
+pub fn negative_lights(likelihood: &ImageLikelihood, image: &ModelImage) -> Vec<String> {
+    /// Signal over noise from which a negative flux is no chance.
+    const SIGNIFICANT: f64 = 5.0;
+    let (observation, noise) = (likelihood.observation(), likelihood.observation().noise());
+    let signal_over_noise = |light: &[f64]| {
+        let pixels = light.iter().zip(&image.model_e_s).zip(&observation.used).filter(|(_, used)| **used);
+        pixels.map(|((own, model), _)| own * own / noise.variance(*model)).sum::<f64>().sqrt()
+    };
+    let lights = image.amplitudes.iter().zip(&image.lights_e_s).zip(likelihood.model().amplitude_names());
+    let negative = lights.filter(|((amplitude, _), _)| **amplitude < 0.0);
+    let negative = negative.map(|((_, light), name)| (name, signal_over_noise(light)));
+    let warning = |(name, over_noise): (String, f64)| {
+        format!(
+            "{name} is negative, its flux {over_noise:.0} σ of the noise below zero, and no light is: is the sign of the image right, \
+             or its background taken off twice?"
+        )
+    };
+    negative.filter(|(_, over_noise)| *over_noise > SIGNIFICANT).map(warning).collect()
 }
 
 /// Residuals smoothed by a Gaussian and divided by the standard deviation that unit noise then has; pixels that are not

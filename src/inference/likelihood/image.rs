@@ -123,10 +123,14 @@ impl ImageLikelihood {
         pixels.map(|((d, m), used)| if *used { residual(*d, *m) } else { f64::NAN }).collect()
     }
 
+    /// Fitted parameters and amplitudes.
+    pub fn fitted_numbers(&self) -> usize {
+        self.model.free.len() + self.model.lights()
+    }
+
     /// Pixels less fitted parameters and amplitudes, at least 1.
     pub fn degrees_of_freedom(&self) -> f64 {
-        let fitted = self.model.free.len() + self.model.lights();
-        (self.observation.pixels_in_use() as f64 - fitted as f64).max(1.0)
+        (self.observation.pixels_in_use() as f64 - self.fitted_numbers() as f64).max(1.0)
     }
 
     /// Sum of squared normalised residuals per degree of freedom.

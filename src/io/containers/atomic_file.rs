@@ -73,6 +73,9 @@ pub(super) fn check_target(path: &Path) -> Result<()> {
         Ok(found) if found.permissions().readonly() => {
             refuse(ErrorKind::PermissionDenied, "the existing file is write-protected")
         }
+        Err(_) if path.is_symlink() => {
+            refuse(ErrorKind::NotFound, "it is a link to a file that is not there")
+        }
         _ if path.file_name().is_none() => refuse(ErrorKind::InvalidInput, "it does not name a file"),
         _ => Ok(()),
     }
@@ -218,5 +221,9 @@ mod tests {
         write_atomically(&link, |t| fs::write(t, "new").map_err(|e| Error::write(t, e))).unwrap();
         assert!(link.is_symlink());
         assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+        fs::remove_file(&file).unwrap(); // a disk that is not mounted
+        let refused = write_text(&link, "newer").unwrap_err();
+        assert!(refused.to_string().contains("it is a link to a file that is not there"), "{refused}");
+        assert!(link.is_symlink());
     }
 }

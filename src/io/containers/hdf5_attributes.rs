@@ -45,7 +45,7 @@ pub(super) fn check_not_packed(path: &Path, dataset: &Dataset) -> Result<()> {
     Ok(())
 }
 
-/// What the attributes `unit` and `units` say, without what is said twice. Where they are silent, a power of h or of the scale
+/// What the attributes `unit`, `units` and `TUNIT` say, without what is said twice. Where they are silent, a power of h or of the scale
 /// factor that simulations say their values to be multiplied by is part of a unit that is not known.
 pub(super) fn stated_units(path: &Path, dataset: &Dataset) -> Result<Vec<String>> {
     let attributes = dataset.attributes();
@@ -75,5 +75,5 @@ fn unit_of_scaling(attribute: &Attribute) -> Option<String> {
 }
 
 fn is_unit(attribute: &str) -> bool {
-    ["unit", "units"].iter().any(|unit| attribute.eq_ignore_ascii_case(unit))
+    ["unit", "units", "tunit"].iter().any(|unit| attribute.eq_ignore_ascii_case(unit))
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use hdf5_reader::error::Error as Hdf5Error;
 use hdf5_reader::group::Group;
 use hdf5_reader::{
-    Attribute, ByteOrder, Dataset, Datatype, FileStorage, Hdf5File, OpenOptions, StringPadding, StringSize,
-    VarLenKind,
+    Attribute, ByteOrder, Dataset, Datatype, EnumMember, FileStorage, Hdf5File, OpenOptions, StringPadding,
+    StringSize, VarLenKind,
 };
 
 use super::attribute::AttributeValue;
@@ -97,8 +97,9 @@ impl<'a> Records<'a> {
             Datatype::String { .. } | Datatype::VarLen { kind: VarLenKind::String, .. } => {
                 self.dataset.vlen_reference_size()
             }
-            Datatype::Enum { base, .. } if !matches!(**base, Datatype::Enum { .. }) => {
-                return self.values(name, base, offset);
+            Datatype::Enum { base, members } if !matches!(**base, Datatype::Enum { .. }) => {
+                let values = self.values(name, base, offset)?;
+                return Ok(if members.iter().all(is_logical) { in_words_of_logic(values) } else { values });
             }
             other => {
                 let problem =
@@ -133,6 +134,18 @@ impl<'a> Records<'a> {
                 Values::Text(texts.map_err(|error| damaged(self.path, &error))?)
             }
         })
+    }
+}
+
+/// As h5py and Julia store what is true or false.
+fn is_logical(member: &EnumMember) -> bool {
+    ["TRUE", "FALSE"].iter().any(|word| member.name.eq_ignore_ascii_case(word))
+}
+
+fn in_words_of_logic(values: Values) -> Values {
+    match values {
+        Values::F64(flags) => Values::Text(flags.into_iter().map(|flag| (flag != 0.0).to_string()).collect()),
+        text @ Values::Text(_) => text,
     }
 }
 

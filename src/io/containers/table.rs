@@ -180,9 +180,12 @@ impl Table {
             return Err(self.fault(&format!("column {name}"), problem));
         }
         // astropy keeps values that are not known as numbers with a column of flags.
-        if let Some(Values::F64(mask)) = self.column(&format!("{name}.mask")).map(|mask| &mask.values)
-            && let Some(row) = mask.iter().position(|&is_masked| is_masked != 0.0)
-        {
+        let mask = self.column(&format!("{name}.mask")).map(|mask| &mask.values);
+        let masked = mask.and_then(|mask| match mask {
+            Values::F64(flags) => flags.iter().position(|&flag| flag != 0.0),
+            Values::Text(flags) => flags.iter().position(|flag| flag == "true"),
+        });
+        if let Some(row) = masked {
             return Err(self.fault_in_row(row, name, "is masked; a number is wanted"));
         }
         let fault = match &column.values {

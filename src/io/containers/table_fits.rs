@@ -126,7 +126,8 @@ pub(super) fn decode<'a>(
         Type::I16(1) => integers(cells.map(|cell| i64::from(i16::from_be_bytes(bytes(cell)))).collect()),
         Type::J32(1) => integers(cells.map(|cell| i64::from(i32::from_be_bytes(bytes(cell)))).collect()),
         Type::K64(1) => integers(cells.map(|cell| i64::from_be_bytes(bytes(cell))).collect()),
-        Type::Logical(1) => Values::F64(cells.map(|cell| f64::from(u8::from(cell == b"T"))).collect()),
+        // No number, as in CSV: c200c stored as bytes with a sign comes back from astropy as logical values.
+        Type::Logical(1) => Values::Text(cells.map(logical).collect()),
         Type::Char(_) => Values::Text(cells.map(trimmed).collect()),
         ref other => {
             let form = other.to_tform_string();
@@ -134,6 +135,14 @@ pub(super) fn decode<'a>(
         }
     };
     Ok(values)
+}
+
+fn logical(cell: &[u8]) -> String {
+    match cell {
+        b"T" => "true".into(),
+        b"F" => "false".into(),
+        _ => String::new(),
+    }
 }
 
 /// The cell as an array; the caller's format fixes its length.
@@ -344,7 +353,7 @@ mod tests {
         let values: Vec<Values> = table.columns().iter().map(|column| column.values.clone()).collect();
         let number = |value| Values::F64(vec![value]);
         let long = Values::Text(vec!["18446744073709551615".into()]);
-        assert_eq!(values, [number(1.5), number(-7.0), long, number(1.0), number(3.5)]);
+        assert_eq!(values, [number(1.5), number(-7.0), long, Values::Text(vec!["true".into()]), number(3.5)]);
     }
 
     #[test]

@@ -303,8 +303,20 @@ mod tests {
             drop((dataset, file));
             let table = read(&path, "haloes").unwrap();
             assert_eq!(table.columns()[0].unit.as_deref(), unit);
-            let converted = table.in_own_units(&["m200c_msun"]);
-            assert_eq!(converted.is_ok(), unit.is_none(), "{attribute}");
+            assert_eq!(table.in_own_units(&["m200c_msun"]).is_ok(), unit.is_none(), "{attribute}");
+        }
+    }
+
+    #[test]
+    fn logical_values_are_no_numbers() {
+        let (_folder, path) = foreign(&[("haloes/z", &[0.5, 0.6])]);
+        let file = hdf5::File::open_rw(&path).unwrap();
+        file.new_dataset_builder().with_data(&[true, false]).create("haloes/c200c").unwrap();
+        file.new_dataset_builder().with_data(&[false, true]).create("haloes/z.mask").unwrap();
+        drop(file);
+        let table = read(&path, "haloes").unwrap();
+        for (name, problem) in [("c200c", "\"true\" is not a number"), ("z", "is masked")] {
+            assert!(table.required_f64(name).unwrap_err().to_string().contains(problem), "{name}");
         }
     }
 

@@ -71,7 +71,7 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
     if by_angles {
         check_same_source(&table, &haloes)?;
     }
-    tell_of_masses(path, &haloes);
+    tell_of_masses(path, haloes.m200c_msun.iter().flatten());
     let own = |c: &&Column| !KNOWN.iter().any(|k| k.eq_ignore_ascii_case(&c.name));
     let unused: Vec<&str> = table.columns().iter().filter(own).map(|c| c.name.as_str()).collect();
     tell_of_unused(path, &unused);
@@ -114,10 +114,10 @@ fn tell_of_unused(path: &Path, names: &[&str]) {
 }
 
 /// Warns of masses that look like logarithms, or like multiples of 10¹⁰ solar masses.
-fn tell_of_masses(path: &Path, haloes: &HaloCatalogue) {
+pub(super) fn tell_of_masses<'a>(path: &Path, m200c_msun: impl Iterator<Item = &'a f64>) {
     /// A microhalo of cold dark matter has 10⁻⁶ solar masses; one that is seen in a catalogue has far more than this.
     const SMALLEST_MSUN: f64 = 1e4;
-    let largest = haloes.m200c_msun.iter().flatten().copied().fold(0.0, f64::max);
+    let largest = m200c_msun.copied().fold(0.0, f64::max);
     if largest > 0.0 && largest < SMALLEST_MSUN {
         log::warn!(
             "{}: no m200c_msun is above {largest:.4} solar masses; are these logarithms, or units of 1e10 Msun?",

@@ -243,8 +243,19 @@ fn read_psf(path: &Path, unit: &Hdu, image_scale_arcsec: f64) -> Result<PsfKerne
     let fault = |problem: String| Err(Error::file(FileFault::PsfKernel, path, problem));
     let own_scale =
         pixel_scale_arcsec(path, &unit.header).map_err(|e| e.in_file(FileFault::PsfKernel, path))?;
+    let stated_parts = fits::number(path, &unit.header, "OVERSAMP")?;
+    if let (Some(own), Some(parts)) = (own_scale, stated_parts)
+        && (own * parts / image_scale_arcsec - 1.0).abs() > SCALE_TOLERANCE
+    {
+        log::warn!(
+            "{}: the PSF has pixels of {} arcsec, which counts, though OVERSAMP = {parts} of the image's {} arcsec are others",
+            path.display(),
+            rounded(own),
+            rounded(image_scale_arcsec)
+        );
+    }
     let own_scale = match own_scale {
-        None => match fits::number(path, &unit.header, "OVERSAMP")? {
+        None => match stated_parts {
             Some(parts) => Some(image_scale_arcsec / parts),
             None => fits::number(path, &unit.header, "PSF_SAMP")?.map(|step| image_scale_arcsec * step),
         },

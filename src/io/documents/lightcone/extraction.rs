@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::super::halo_table::tell_of_masses;
 use super::aim::Aim;
 use super::reading::ConeFiles;
 use super::{candidates, folder, gather};
@@ -68,6 +69,9 @@ fn extract(
         }
     };
     let (sightlines, rows) = gather::gather(config, &files, &aims, z_source, monitor)?;
+    if let Some(file) = cone.files.first() {
+        tell_of_masses(file, sightlines.iter().flat_map(|sightline| &sightline.haloes.m200c_msun));
+    }
     Ok(ConeExtraction { sightlines, footprint, row_count: rows.read, bad_row_count: rows.bad })
 }
 
