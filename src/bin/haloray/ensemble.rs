@@ -116,8 +116,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     })?;
     let files = commit(staging)?;
     store.remove();
-    tell(&statistics, &files, bars)?;
-    Ok(())
+    tell(&statistics, &files, bars)
 }
 
 /// Radii of discs in ascending order, each once.

@@ -39,8 +39,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let statistics =
         bars.stage("files and figures", || write_ensemble(&merged.table, merged.specs(), &merged, &staging))?;
     let files = commit(staging)?;
-    tell(&statistics, &files, bars)?;
-    Ok(())
+    tell(&statistics, &files, bars)
 }
 
 /// The table of a folder, or those of the folders in it, by name.

@@ -323,10 +323,9 @@ mod tests {
     #[test]
     fn a_unit_that_is_a_number_is_refused() {
         let (_folder, path) = foreign(&[("haloes/z", &[0.5])]);
-        let file = hdf5::File::open_rw(&path).unwrap();
-        let dataset = file.dataset("haloes/z").unwrap();
+        let dataset = hdf5::File::open_rw(&path).unwrap().dataset("haloes/z").unwrap();
         dataset.new_attr::<f64>().create("unit").unwrap().write_scalar(&1e10).unwrap();
-        drop((dataset, file));
+        drop(dataset);
         assert_eq!(fault(&path), "FILE: the attribute unit is no text, but must be");
     }
 
