@@ -113,9 +113,11 @@ class Haloes:
             else:
                 texts[str(name)] = [str(value) for value in own]
         source = number("z_source", z_source)
-        _tell_of_masses(numbers)
         _leave_out_behind(source, numbers, texts)
-        return cls(Catalogue.of_columns(source, parameters(cosmology), numbers, texts))
+        native = Catalogue.of_columns(source, parameters(cosmology), numbers, texts)
+        for doubt in native.doubts():
+            warnings.warn(doubt, stacklevel=2)
+        return cls(native)
 
     @classmethod
     def from_table(cls, table: astropy.table.Table, z_source: float, cosmology: Any = None) -> Haloes:
@@ -390,14 +392,6 @@ class Haloes:
         return texts and all(np.array_equal(self[name], other[name], equal_nan=True) for name in self.colnames)
 
     __hash__ = None  # type: ignore[assignment]
-
-
-def _tell_of_masses(numbers: dict[str, Array]) -> None:
-    """Warn of masses that look like logarithms, or like multiples of 10¹⁰ solar masses, as the command does."""
-    largest = numbers.get("m200c_msun", np.empty(0)).max(initial=0.0)
-    if 0.0 < largest < 1e4:
-        told = f"no m200c_msun is above {largest:.4g} solar masses"
-        warnings.warn(f"{told}; are these logarithms, or units of 1e10 Msun?", stacklevel=3)
 
 
 def _leave_out_behind(z_source: float, numbers: dict[str, Array], texts: dict[str, list[str]]) -> None:

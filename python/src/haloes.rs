@@ -7,7 +7,7 @@ use std::sync::Arc;
 use haloray::config::SheetModel;
 use haloray::cosmology::Background;
 use haloray::diagnostics::HaloTidal;
-use haloray::halo::{HaloCatalogue, HaloMasses};
+use haloray::halo::{HaloCatalogue, HaloMasses, doubts};
 use haloray::io::{Provenance, SHEET_COLUMN, read_haloes, read_line_of_sight, write_haloes};
 use haloray::pipeline;
 use numpy::ndarray::ArrayView1;
@@ -177,6 +177,11 @@ impl Catalogue {
     fn names(&self) -> Vec<String> {
         let known = COLUMNS.iter().filter(|name| self.numbers(name).is_some()).map(|name| name.to_string());
         known.chain(self.haloes.extra.iter().map(|(name, _)| name.clone())).collect()
+    }
+
+    /// What of the haloes looks as if something else were meant, in words.
+    fn doubts(&self) -> Vec<String> {
+        doubts(&self.haloes)
     }
 
     /// The columns of text.

@@ -196,7 +196,8 @@ impl Lens {
         }
         let lens = self.build(py, kwargs, None)?.lens;
         let window = SkyWindow::about_axis(half_width_arcsec, lens.lens_centres_arcsec()).or_raise(py)?;
-        let found = run(py, None, |_| Ok(PointImages::of(lens.mapping(), &window, [source.0, source.1])))?;
+        let found =
+            run(py, None, |monitor| PointImages::of(lens.mapping(), &window, [source.0, source.1], monitor))?;
         let images = &found.images;
         let all = PyDict::new(py);
         let theta: Vec<[f64; 2]> = images.iter().map(|image| image.theta_arcsec).collect();

@@ -118,6 +118,9 @@ def test_haloes_behind_the_source_are_left_out_with_a_warning():
     assert columns["z"].tolist() == [0.5, 1.5, 3.0], "the user's own is as it was"
     with pytest.warns(UserWarning, match="are these logarithms"):
         hr.Haloes.from_columns({**columns, "m200c_msun": np.full(3, 12.0)}, z_source=4.0)
+    many = {name: np.repeat(values, 10) for name, values in columns.items()}
+    with pytest.warns(UserWarning, match="are they RA and Dec"):
+        hr.Haloes.from_columns({**many, "theta_x_arcsec": np.linspace(150.1, 150.2, 30)}, z_source=4.0)
 
 
 def test_observations_pickle_and_results_compare():

@@ -15,7 +15,7 @@ pub struct StructureParameters {
     pub omega_m: f64,
     /// Baryon density today over the critical density, above 0 and below `omega_m`.
     pub omega_b: f64,
-    /// Root-mean-square linear overdensity in spheres of 8 h⁻¹ Mpc today.
+    /// Root-mean-square linear overdensity in spheres of 8 h⁻¹ Mpc today, at most 5.
     pub sigma8: f64,
     /// Slope of the primordial power spectrum.
     pub n_s: f64,
@@ -44,7 +44,7 @@ impl StructureParameters {
         Background::new(self.h0_km_s_mpc, self.omega_m)?;
         let allowed = "above 0 and below omega_m (the Eisenstein-Hu fit needs baryons)";
         Domain::inside(0.0, self.omega_m).check_in_words("omega_b", self.omega_b, allowed)?;
-        Domain::POSITIVE.check("sigma8", self.sigma8)?;
+        Domain::above_to(0.0, 5.0).check_in_words("sigma8", self.sigma8, "positive and at most 5")?;
         Domain::from_to(0.5, 1.5).check("n_s", self.n_s)?;
         Domain::from_to(1.0, 5.0).check_in_words("t_cmb_k", self.t_cmb_k, "from 1 to 5 K").map(drop)
     }

@@ -223,8 +223,8 @@ mod tests {
             }
             let across = [-1e-4 * along[1] / length, 1e-4 * along[0] / length];
             let count = |sign: f64| {
-                let found =
-                    PointImages::of(&lens, &window, [a[0] + sign * across[0], a[1] + sign * across[1]]);
+                let found = PointImages::of(&lens, &window, [0, 1].map(|c| a[c] + sign * across[c]), &Silent)
+                    .unwrap();
                 assert!(found.is_complete(), "{found:?}");
                 found.images.len() as i64
             };

@@ -3,7 +3,9 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::sky_window::SkyWindow;
+use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
+use crate::monitor::Monitor;
 
 /// Cells are quartered down to this half side, arcsec.
 pub(super) const SMALLEST_HALF_ARCSEC: f64 = 1e-8;
@@ -65,7 +67,15 @@ enum Verdict {
 /// β is taken at the centre and corners of every cell. With u one of the two principal directions of A at the centre,
 /// a cell is empty when |u·(β − β_s)| there exceeds what uᵀA and its change over the cell can make up; it holds one
 /// image at most when A changes by less than half of itself over the cell, and Newton's method then decides.
-pub(super) fn search(mapping: &(impl Mapping + ?Sized), window: &SkyWindow, source: [f64; 2]) -> Search {
+///
+/// # Errors
+/// When cancelled.
+pub(super) fn search(
+    mapping: &(impl Mapping + ?Sized),
+    window: &SkyWindow,
+    source: [f64; 2],
+    monitor: &dyn Monitor,
+) -> Result<Search> {
     let mut found = Search::default();
     let half = window.half_cell_arcsec();
     let mut cells: Vec<Cell> = (0..window.cells * window.cells)
@@ -75,8 +85,15 @@ pub(super) fn search(mapping: &(impl Mapping + ?Sized), window: &SkyWindow, sour
     while !cells.is_empty() {
         if cells.len() > CELLS_MAX.max(window.cells * window.cells) {
             found.overflow = true;
-            return found;
+            return Ok(found);
         }
+        monitor.check()?;
+        monitor.tell(&format!(
+            "{} cells of {:.1e}″, {} images",
+            cells.len(),
+            2.0 * cells[0].half,
+            found.roots.len()
+        ));
         let theta: Vec<[f64; 2]> = cells.iter().flat_map(Cell::points).collect();
         let rays = mapping.map(&theta, Order::Jacobian);
         let (mut quarter, mut polish) = (Vec::new(), Vec::new());
@@ -100,7 +117,7 @@ pub(super) fn search(mapping: &(impl Mapping + ?Sized), window: &SkyWindow, sour
         found.unresolved.extend(small.iter().map(|cell| cell.centre));
         cells = large.iter().flat_map(Cell::quarters).collect();
     }
-    found
+    Ok(found)
 }
 
 enum Polished {

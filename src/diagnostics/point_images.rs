@@ -3,7 +3,9 @@
 use super::image_cells::{Newton, Root, SMALLEST_HALF_ARCSEC, newton, search};
 use super::sky_window::SkyWindow;
 use super::winding::winding_number;
+use crate::error::{Error, Result};
 use crate::mapping::Mapping;
+use crate::monitor::Monitor;
 
 /// How often the cells are halved when the count does not match.
 const REFINEMENTS: usize = 3;
@@ -140,20 +142,33 @@ impl PointImages {
     /// 1e-13″, and sign(det A) over the images plus the winding of the singular points is compared with the winding
     /// along the edge; where they differ the search is repeated with finer cells. Test: 10,000 random sources behind
     /// 500 random lenses against brute force (`tests/properties/point_images.rs`).
-    pub fn of(mapping: &(impl Mapping + ?Sized), window: &SkyWindow, source_arcsec: [f64; 2]) -> Self {
+    ///
+    /// # Errors
+    /// When cancelled.
+    pub fn of(
+        mapping: &(impl Mapping + ?Sized),
+        window: &SkyWindow,
+        source_arcsec: [f64; 2],
+        monitor: &dyn Monitor,
+    ) -> Result<Self> {
+        let _task = monitor.task("find images", None);
         let wide = window.around_images(mapping, source_arcsec);
         let is_contained = wide.is_some();
         let mut window = wide.unwrap_or_else(|| window.clone());
         let winding = winding_number(mapping, window.centre_arcsec, window.half_width_arcsec, source_arcsec);
-        let mut found = Self { is_contained, ..Self::found_in(mapping, &window, source_arcsec, winding) };
+        let find = |window: &SkyWindow| {
+            let found = Self::found_in(mapping, window, source_arcsec, winding, monitor)?;
+            Ok::<_, Error>(Self { is_contained, ..found })
+        };
+        let mut found = find(&window)?;
         for _ in 0..REFINEMENTS {
             if found.adds_up() || winding.is_none() || found.undecided > 0 {
                 break;
             }
             window = window.finer();
-            found = Self { is_contained, ..Self::found_in(mapping, &window, source_arcsec, winding) };
+            found = find(&window)?;
         }
-        found
+        Ok(found)
     }
 
     fn found_in(
@@ -161,8 +176,9 @@ impl PointImages {
         window: &SkyWindow,
         source: [f64; 2],
         winding: Option<i64>,
-    ) -> Self {
-        let mut searched = search(mapping, window, source);
+        monitor: &dyn Monitor,
+    ) -> Result<Self> {
+        let mut searched = search(mapping, window, source, monitor)?;
         searched.roots.retain(|root| window.contains(root.theta));
         let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
         // Squares about singular points with their half sides; one grows to take in undecided cells beside it.
@@ -200,7 +216,7 @@ impl PointImages {
         }
         let roots = distinct(roots);
         let images = by_arrival(mapping, &roots);
-        Self { images, singular, winding, undecided, window: window.clone(), is_contained: false }
+        Ok(Self { images, singular, winding, undecided, window: window.clone(), is_contained: false })
     }
 }
 
@@ -238,13 +254,14 @@ fn by_arrival(mapping: &(impl Mapping + ?Sized), roots: &[Root]) -> Vec<PointIma
 mod tests {
     use super::*;
     use crate::mapping::tidal::{LineOfSightModel, TidalLens};
+    use crate::monitor::Silent;
     use crate::profile::mass::{Epl, External, MassModel, Nfw, PointMass};
 
     fn images(lenses: Vec<MassModel>, source: [f64; 2]) -> PointImages {
         let lens =
             TidalLens { model: LineOfSightModel::EMPTY, lenses, time_delay_distance_mpc: Some(3000.0) };
         let window = SkyWindow::about_axis(4.0, lens.lens_centres_arcsec()).unwrap();
-        PointImages::of(&lens, &window, source)
+        PointImages::of(&lens, &window, source, &Silent).unwrap()
     }
 
     fn epl(slope: f64, e: f64) -> MassModel {

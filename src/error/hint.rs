@@ -58,7 +58,7 @@ impl Error {
             Self::OutputPlace { .. } => {
                 "choose another place (-o, in Python output); its parent folder must exist and be writable"
             }
-            Self::Write { .. } => "is the disk full?",
+            Self::Write { .. } | Self::StandardOutput { .. } => "is the disk full?",
             Self::Cancelled => "the same command begins again, or continues where it can",
         }
     }

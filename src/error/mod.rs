@@ -183,6 +183,13 @@ pub enum Error {
         problem: String,
     },
 
+    /// Standard output takes no more.
+    #[error("cannot write to standard output: {source}")]
+    StandardOutput {
+        /// The system's reason.
+        source: std::io::Error,
+    },
+
     /// Whoever watches the work told it to stop.
     #[error("stopped")]
     Cancelled,
@@ -191,7 +198,7 @@ pub enum Error {
 impl Error {
     /// Shorthand for [`Error::OutOfRange`].
     pub fn out_of_range(what: &str, value: impl ToString, allowed: &str) -> Self {
-        Self::OutOfRange { what: what.into(), value: value.to_string(), allowed: allowed.into() }
+        Self::OutOfRange { what: what.into(), value: readable(value.to_string()), allowed: allowed.into() }
     }
 
     /// Shorthand for [`Error::Argument`].
@@ -265,7 +272,7 @@ impl Error {
 
     /// True when the input is to blame (exit code 2), false when the run failed (exit code 1).
     pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Write { .. } | Self::Cancelled)
+        !matches!(self, Self::Write { .. } | Self::StandardOutput { .. } | Self::Cancelled)
     }
 }
 
@@ -282,8 +289,31 @@ fn key_before(key: &Option<String>, cause: &Error) -> String {
     }
 }
 
+/// The same number with an exponent, where a text is one with very many digits.
+fn readable(value: String) -> String {
+    /// The longest number that is read at a glance; the shortest form of an f64 has at most 17 digits.
+    const LONGEST: usize = 25;
+    match value.parse::<f64>() {
+        Ok(number) if value.len() > LONGEST => shortest(number),
+        _ => value,
+    }
+}
+
 /// The shortest decimal that reads back to the same bits: `0.5`, `17`, `6.2e-9`, `1e300`.
 pub(crate) fn shortest(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").map_or(text.clone(), String::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_very_many_digits_are_told_with_an_exponent() {
+        let text = |value: f64| Error::out_of_range("x", value, "less").to_string();
+        assert_eq!(text(-1e200), "x is -1e200, but must be less");
+        assert_eq!(text(1.234_567_890_123_456_7e-5), "x is 0.000012345678901234568, but must be less");
+        assert_eq!(Error::out_of_range("x", "a name of very many letters", "short").to_string().len(), 51);
+    }
 }

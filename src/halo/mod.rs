@@ -2,6 +2,7 @@
 
 mod catalogue;
 pub mod concentration;
+mod doubts;
 mod draw;
 mod expectation;
 pub mod lightcone;
@@ -16,6 +17,7 @@ mod shear_cut;
 mod truncation;
 
 pub use catalogue::{HaloCatalogue, HaloMasses, RowFault};
+pub use doubts::{doubts, mass_doubt};
 pub use draw::{DrawnHaloes, draw_brute_force, draw_direct};
 pub use expectation::{HaloShapes, expected_sum};
 pub use mass_conversion::{Halo200c, MassConverter};

@@ -333,6 +333,11 @@ fn what_contradicts_the_image_is_told_at_the_start() {
             &small,
             "no light of the model comes near the brightest pixels",
         ),
+        (
+            Box::new(|i| i.mask = Some((0..i.data.len()).map(|k| k < 2).collect())),
+            MODEL,
+            "2 pixels are in use and",
+        ),
     ];
     for (edit, model, wanted) in edits {
         let folder = Folder::with(&[("small.toml", model)]);

@@ -93,7 +93,7 @@ fn images_that_say_too_little_or_too_much_are_refused() {
             "hcompress_1.fits.fz",
             "is compressed by HCOMPRESS_1; RICE_1, GZIP_1 and GZIP_2 are read, funpack unpacks all",
         ),
-        ("blank.fits", "is NaN; finite numbers only, which BLANK is not"),
+        ("blank.fits", "is NaN; finite numbers only (BLANK is none)"),
         (
             "psffwhm_capacity_overflow.fits",
             "PSFFWHM is 9.223372036854776e18, but must be between 0 and the width of the image",

@@ -49,7 +49,7 @@ fn a_result_that_cannot_be_printed_fails() {
     for command in ["schema", "completions"] {
         let arguments: &[&str] = if command == "schema" { &[command] } else { &[command, "bash"] };
         let output = Command::new(BINARY).args(arguments).stdout(full()).output().unwrap();
-        folder.check_failure(1, &output, command, &["writing standard output failed"]);
+        folder.check_failure(1, &output, command, &["cannot write to standard output"]);
     }
 }
 

@@ -131,6 +131,34 @@ fn rotation_of_the_foreground_in_the_minimal_model_is_warned_of() {
 }
 
 #[test]
+fn points_on_a_singular_centre_are_warned_of_and_those_on_a_core_are_not() {
+    let at = |lens: &str, arguments: Value| {
+        let mut arguments = arguments;
+        arguments["center_x"] = json!(1.2);
+        arguments["center_y"] = json!(0.7);
+        lensed(&model(&[lens], &[arguments])).1
+    };
+    let warning = at("SIS", json!({"theta_E": 1}));
+    assert!(warning.starts_with("warning: 1 point lies on the centre of a lens (row 1 first)"), "{warning}");
+    assert!(at("NFW", json!({"Rs": 5, "alpha_Rs": 1})).contains("on the centre of a lens"));
+    assert_eq!(at("SERSIC", json!({"k_eff": 0.5, "R_sersic": 0.5, "n_sersic": 1})), "");
+}
+
+#[test]
+fn what_is_no_json_is_told_in_words() {
+    let text = model(&["SIS"], &[json!({"theta_E": 1})]).to_string();
+    let (folder, with_mark) = (folder(), format!("\u{feff}{text}"));
+    assert!(lens(folder.path(), &with_mark).output().unwrap().status.success());
+    for (from, to, wanted) in [
+        ("\"theta_E\":1", "\"theta_E\":1,\"theta_E\":2", "theta_E stands there twice"),
+        ("1.5", "NaN", "NaN, Infinity, None, True and False are no JSON"),
+        ("{", "{\"lensing_entities\": [], ", "it is a COOLEST file, which is not read"),
+    ] {
+        assert_refused(&text.replacen(from, to, 1), &["not a lens model", wanted]);
+    }
+}
+
+#[test]
 fn all_unknown_models_are_named() {
     let text = model(&["PJAFFE", "EPL", "GNFW"], &[json!({}), epl(), json!({})]).to_string();
     assert_refused(&text, &["lens_model_list is PJAFFE, GNFW, but must be among EPL, SIE"]);

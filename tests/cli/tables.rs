@@ -220,9 +220,10 @@ fn columns_called_like_results_are_replaced_by_them() {
 fn tables_have_the_same_bytes_for_every_number_of_threads() {
     let folders = [folder(), folder()];
     for (folder, threads) in folders.iter().zip(["--threads 1", "--threads 2"]) {
+        succeeds(folder, &format!("populate small.toml --seed 6 -o points.csv --overwrite {threads}"));
         for format in FORMATS {
             succeeds(folder, &format!("populate small.toml --seed 5 -o h.{format} {threads}"));
-            let trace = format!("trace --haloes h.{format} --points h.csv --z-source 1.5 --order 2");
+            let trace = format!("trace --haloes h.{format} --points points.csv --z-source 1.5 --order 2");
             succeeds(folder, &format!("{trace} -o r.{format} {threads}"));
         }
     }

@@ -9,6 +9,7 @@
 use haloray::diagnostics::{ImageKind, PointImages, SkyWindow};
 use haloray::mapping::tidal::{LineOfSightModel, TidalLens};
 use haloray::mapping::{Mapping, Order};
+use haloray::monitor::Silent;
 use haloray::profile::mass::{Epl, External, MassModel, MassProfile};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -173,7 +174,7 @@ fn check_lens(number: u64, sources: usize) -> Tally {
         } else {
             lens.map(&[[centre[0] + 1.5 * x, centre[1] + 1.5 * y]], Order::Position).beta_arcsec[0]
         };
-        let found = PointImages::of(&lens, &window, source);
+        let found = PointImages::of(&lens, &window, source, &Silent).unwrap();
         let from_centre = |t: [f64; 2]| (t[0] - centre[0]).hypot(t[1] - centre[1]);
         let mut hits: Vec<Hit> =
             square.hits(source).into_iter().filter(|h| from_centre(h.theta) > POLAR_RADIUS_ARCSEC).collect();

@@ -147,7 +147,8 @@ fn images_of_a_source_and_their_delays_do_not_know_the_reference() {
     let window = SkyWindow::about_axis(3.0, vec![[0.0; 2]]).unwrap();
     let source = [0.07, 0.04];
     let find = |sight: &LineOfSight, lens: [f64; 2], source: [f64; 2]| {
-        PointImages::of(&sight.through_lens(&main_lens(lens)).unwrap(), &window, source).images
+        let through = sight.through_lens(&main_lens(lens)).unwrap();
+        PointImages::of(&through, &window, source, &Silent).unwrap().images
     };
     let ours = find(&straight, [0.0; 2], source);
     let theirs = find(&bent, axis[0], [0, 1].map(|c| source[c] + axis[1][c]));

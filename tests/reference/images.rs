@@ -4,6 +4,7 @@ use crate::differences::Differences;
 use crate::oracle_table::Reference;
 use haloray::diagnostics::{PointImages, SkyWindow};
 use haloray::mapping::tidal::{LineOfSightModel, TidalLens};
+use haloray::monitor::Silent;
 use haloray::profile::mass::{Epl, External, MassModel};
 
 /// lenstronomy stops its iteration at a residual of 1e-12 in β, magnified in the image.
@@ -23,7 +24,7 @@ fn every_image_of_lenstronomy_is_found() {
         let lens =
             TidalLens::new(LineOfSightModel::EMPTY, vec![MassModel::Epl(epl), MassModel::External(shear)]);
         let window = SkyWindow::about_axis(4.0, lens.lens_centres_arcsec()).unwrap();
-        let found = PointImages::of(&lens, &window, [at("source_x"), at("source_y")]);
+        let found = PointImages::of(&lens, &window, [at("source_x"), at("source_y")], &Silent).unwrap();
         assert!(found.is_complete(), "row {i}: {found:?}");
         let distance = |p: [f64; 2]| (p[0] - at("x")).hypot(p[1] - at("y"));
         let nearest = found

@@ -1,6 +1,5 @@
 //! `haloray fit`: an image and a model to a posterior.
 
-use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,11 +10,10 @@ use haloray::imaging::PixelSampling;
 use haloray::inference::diagnose::ESS_LIMIT;
 use haloray::inference::model::{BUILT_IN, FreeParameter, LikelihoodKind};
 use haloray::inference::{Fit, FitSettings, FitState, FitStore};
-use haloray::io::{Provenance, hash, read_observation, read_text};
+use haloray::io::{NumbersByName, Provenance, hash, read_observation, read_text};
 use haloray::monitor::Monitor;
 use haloray::report::{FitSummary, RunRecord, decimals_text, grouped, probability_text, write_fit};
 use haloray::{Error, Result};
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 
 use crate::bars::Bars;
 use crate::models::{description, list, toml_of};
@@ -264,7 +262,7 @@ pub fn fingerprint(path: &Path) -> Result<String> {
 fn read_truths(path: &Path, known: &[String]) -> Result<Vec<(String, f64)>> {
     let refuse = |problem| Err(Error::file(FileFault::Content, path, problem));
     let text = read_text(path)?;
-    let Truths(values) = match serde_json::from_str(&text) {
+    let NumbersByName(values) = match serde_json::from_str(&text) {
         Ok(values) => values,
         Err(e) => return refuse(format!("not a JSON object of numbers by parameter name: {e}")),
     };
@@ -275,35 +273,6 @@ fn read_truths(path: &Path, known: &[String]) -> Result<Vec<(String, f64)>> {
         return refuse(format!("the fit has no {unknown}; its parameters are {known}"));
     }
     Ok(values.into_iter().collect())
-}
-
-/// Numbers by name, no name twice: serde's maps would keep the last.
-struct Truths(BTreeMap<String, f64>);
-
-impl<'de> Deserialize<'de> for Truths {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Reader;
-
-        impl<'de> Visitor<'de> for Reader {
-            type Value = Truths;
-
-            fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-                formatter.write_str("numbers by name")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<Truths, A::Error> {
-                let mut values = BTreeMap::new();
-                while let Some((name, value)) = map.next_entry::<String, f64>()? {
-                    if values.insert(name.clone(), value).is_some() {
-                        return Err(serde::de::Error::custom(format!("{name} stands there twice")));
-                    }
-                }
-                Ok(Truths(values))
-            }
-        }
-
-        deserializer.deserialize_map(Reader)
-    }
 }
 
 /// The posterior as a person reads it.

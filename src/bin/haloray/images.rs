@@ -57,7 +57,7 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         crate::terminal::warn(warning);
     }
     let mapping = model.lens.mapping();
-    let found = PointImages::of(mapping, &window, source);
+    let found = PointImages::of(mapping, &window, source, bars)?;
     if let Some(doubt) = found.doubt() {
         crate::terminal::warn(doubt);
     }

@@ -4,6 +4,7 @@ mod advantage;
 mod bars;
 mod calibration;
 mod catalogue;
+mod centres;
 mod completions;
 mod cut;
 mod distances;
@@ -172,8 +173,13 @@ fn main() -> ExitCode {
 /// Help and version go to stdout; arguments that cannot be used are reported as every other error is.
 fn report_arguments(refused: &clap::Error) -> ExitCode {
     if !refused.use_stderr() || refused.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        let is_lost = refused.print().is_err_and(|error| error.kind() != std::io::ErrorKind::BrokenPipe);
-        return ExitCode::from(if refused.use_stderr() { 2 } else { u8::from(is_lost) });
+        return match refused.print() {
+            _ if refused.use_stderr() => ExitCode::from(2),
+            Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
+                report(&Error::StandardOutput { source })
+            }
+            _ => ExitCode::SUCCESS,
+        };
     }
     let text = refused.render().to_string();
     // How to pass an unknown option as a value, which nobody wants here.

@@ -1,7 +1,6 @@
 //! What the command says on stdout and stderr.
 
 use std::io::Write;
-use std::path::Path;
 
 use haloray::{Error, Result};
 
@@ -41,7 +40,7 @@ pub fn print_result(text: &str) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::write(Path::new("standard output"), error))
+            Err(Error::StandardOutput { source: error })
         }
         _ => Ok(()),
     }

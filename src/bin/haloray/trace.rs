@@ -14,6 +14,7 @@ use haloray::mapping::{Mapping, Order};
 use haloray::monitor::Monitor;
 
 use crate::bars::Bars;
+use crate::centres::{points_on_centres, warn_of_centres};
 use crate::output::check_file;
 use crate::settings::{Cosmology, of_option, whole};
 use crate::sheets;
@@ -118,6 +119,11 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let mapping = segment.adaptive(args.accuracy, field, points.theta_arcsec.len());
     let rays = mapping.trace(&points.theta_arcsec, order, monitor)?;
     drop(task);
+    if order != Order::Position && args.from_z.is_none() {
+        let centres: Vec<[f64; 2]> =
+            haloes.theta_x_arcsec.iter().zip(&haloes.theta_y_arcsec).map(|(&x, &y)| [x, y]).collect();
+        warn_of_centres(&points_on_centres(&points.theta_arcsec, &centres));
+    }
     let mut table = ray_table(&points, &rays)?;
     if args.delay {
         let delays = bars.stage("arrival times", || segment.delay_days(&points.theta_arcsec));

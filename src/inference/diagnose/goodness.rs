@@ -144,7 +144,38 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::imaging::{Psf, SkyGrid};
+    use crate::inference::likelihood::Observation;
+    use crate::inference::model::{CompiledModel, LikelihoodKind, ModelDescription};
+    use crate::monitor::Silent;
     use crate::numerics::random::{Stage, stream};
+
+    fn likelihood(data_e_s: Vec<f64>) -> ImageLikelihood {
+        let model = CompiledModel::new(&ModelDescription::built_in("simple-minimal").unwrap()).unwrap();
+        let observation = Observation {
+            grid: SkyGrid::new(31, 0.15).unwrap(),
+            used: vec![true; data_e_s.len()],
+            data_e_s,
+            background_rms_e_s: 0.01,
+            exposure_s: 5400.0,
+            psf: Psf::gaussian(0.2, 3.0, 0.15).unwrap(),
+        };
+        ImageLikelihood::new(observation, model, LikelihoodKind::Gaussian, &Silent).unwrap()
+    }
+
+    #[test]
+    fn only_a_light_that_is_negative_beyond_the_noise_is_told_of() {
+        let positive = likelihood(vec![1.0; 31 * 31]);
+        let values = positive.model().at_latent(&vec![0.0; positive.model().free.len()]).0;
+        let of = |factor: f64| {
+            let light = positive.image(&values).unwrap().model_e_s;
+            let of_factor = likelihood(light.iter().map(|value| factor * value).collect());
+            negative_lights(&of_factor, &of_factor.image(&values).unwrap())
+        };
+        assert!(of(1.0).is_empty() && of(-1e-6).is_empty());
+        let told = of(-1.0);
+        assert!(!told.is_empty() && told[0].contains("is negative, its flux"), "{told:?}");
+    }
 
     #[test]
     fn smoothed_noise_has_unit_variance_beside_masks_and_edges_too() {

@@ -38,9 +38,17 @@ pub(super) fn is_exact(integer: i128) -> bool {
     integer as f64 as i128 == integer
 }
 
-/// True for a number with a comma in place of its point.
-pub(super) fn is_decimal_comma(text: &str) -> bool {
-    text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok()
+/// What is wrong with a text that is no number.
+pub(super) fn no_number(text: &str) -> String {
+    let reads_with = |from: char, to: &str| {
+        text.matches(from).count() == 1 && text.replace(from, to).parse::<f64>().is_ok()
+    };
+    let cure = match text {
+        _ if reads_with(',', ".") => "; write a decimal point",
+        _ if reads_with('D', "e") || reads_with('d', "e") => "; write the exponent of Fortran with e",
+        _ => "",
+    };
+    format!("{text:?} is not a number{cure}")
 }
 
 /// One named column.

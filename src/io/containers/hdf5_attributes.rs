@@ -11,7 +11,6 @@ use crate::error::{Error, FileFault, Result};
 /// Refuses units that a group states for its columns, under whatever name (`units`, `angle_unit`).
 pub(super) fn check_states_no_units(path: &Path, group: &Group) -> Result<()> {
     let attributes = group.attributes().map_err(|error| reading::damaged(path, &error))?;
-    let speaks_of_units = |name: &str| name.split(|c: char| !c.is_alphanumeric()).any(is_unit);
     attributes.iter().find(|attribute| speaks_of_units(&attribute.name)).map_or(Ok(()), |unit| {
         let problem = format!(
             "/{} has the attribute {}, but must state units dataset by dataset, in an attribute unit of each",
@@ -20,6 +19,44 @@ pub(super) fn check_states_no_units(path: &Path, group: &Group) -> Result<()> {
         );
         Err(Error::file(FileFault::Content, path, problem))
     })
+}
+
+/// The units of single fields of records, in attributes that have a field's name before `_unit` (`mass_units`).
+///
+/// # Errors
+/// An attribute that speaks of units, but of those of no field.
+pub(super) fn units_of_fields(
+    path: &Path,
+    records: &Dataset,
+    fields: &[&str],
+) -> Result<Vec<(String, String)>> {
+    let mut units = Vec::new();
+    for attribute in records.attributes() {
+        let name = attribute.name.as_str();
+        if is_unit(name) || !speaks_of_units(name) {
+            continue;
+        }
+        let lower = name.to_ascii_lowercase();
+        let stem =
+            lower.trim_end_matches("units").trim_end_matches("unit").trim_end_matches(['_', '.', '-', ' ']);
+        let field = fields.iter().find(|field| field.eq_ignore_ascii_case(stem));
+        let text = reading::attribute_texts(path, &attribute)?;
+        match (field, text.as_slice()) {
+            (Some(field), [unit]) => units.push((field.to_string(), unit.clone())),
+            _ => {
+                let problem = format!(
+                    "{} has the attribute {name}, but must state units of all columns in one attribute unit, or each as COLUMN_unit",
+                    records.name()
+                );
+                return Err(Error::file(FileFault::Content, path, problem));
+            }
+        }
+    }
+    Ok(units)
+}
+
+fn speaks_of_units(name: &str) -> bool {
+    name.split(|c: char| !c.is_alphanumeric()).any(is_unit)
 }
 
 /// Refuses values that are packed by a rule of netCDF, which its readers undo: a factor, an offset, a number that stands for

@@ -54,17 +54,36 @@ pub(crate) fn members(path: &Path, group: &Group) -> Result<(Vec<Group>, Vec<Dat
     group.members().map_err(|error| damaged(path, &error))
 }
 
+/// What values of a type are, if they cannot be a column.
+pub(super) fn problem_of(kind: &Datatype) -> Option<String> {
+    match kind {
+        Datatype::FixedPoint { size: 1..=8, .. }
+        | Datatype::Bitfield { size: 1..=8, .. }
+        | Datatype::FloatingPoint { size: 4 | 8, .. }
+        | Datatype::String { .. }
+        | Datatype::VarLen { kind: VarLenKind::String, .. } => None,
+        Datatype::Enum { base, .. } if !matches!(**base, Datatype::Enum { .. }) => problem_of(base),
+        other => Some(format!("holds {}; only one number or one text a row is supported", in_words(other))),
+    }
+}
+
 /// The numbers or text in a dataset, in the order of the file.
 pub(crate) fn read_values(path: &Path, dataset: &Dataset) -> Result<Values> {
     Records::read(path, dataset)?.values(dataset.name(), dataset.dtype(), 0)
 }
 
-/// Names and values of the fields of a dataset of records.
-pub(super) fn read_fields(path: &Path, dataset: &Dataset) -> Result<Vec<(String, Values)>> {
+/// Names and values of the fields of a dataset of records; in place of values that cannot be a column what they are.
+pub(super) fn read_fields(
+    path: &Path,
+    dataset: &Dataset,
+) -> Result<Vec<(String, std::result::Result<Values, String>)>> {
     let Datatype::Compound { fields, .. } = dataset.dtype() else { return Ok(Vec::new()) };
     let records = Records::read(path, dataset)?;
     let of_field = |field: &hdf5_reader::CompoundField| {
-        let values = records.values(&field.name, &field.datatype, field.byte_offset as usize)?;
+        let values = match problem_of(&field.datatype) {
+            Some(problem) => Err(problem),
+            None => Ok(records.values(&field.name, &field.datatype, field.byte_offset as usize)?),
+        };
         Ok((field.name.clone(), values))
     };
     fields.iter().map(of_field).collect()
@@ -101,11 +120,7 @@ impl<'a> Records<'a> {
                 let values = self.values(name, base, offset)?;
                 return Ok(if members.iter().all(is_logical) { in_words_of_logic(values) } else { values });
             }
-            other => {
-                let problem =
-                    format!("holds {}; only one number or one text a row is supported", in_words(other));
-                return Err(refuse(problem));
-            }
+            other => return Err(refuse(problem_of(other).unwrap_or_default())),
         };
         if self.width == 0 || offset.checked_add(size).is_none_or(|end| end > self.width) {
             return Err(refuse("lies outside the records of the dataset".into()));

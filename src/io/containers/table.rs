@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use super::column::{Column, Values, is_decimal_comma, is_exact};
+use super::column::{Column, Values, is_exact, no_number};
 use super::unit;
 use crate::error::{Error, Result};
 
@@ -19,6 +19,8 @@ pub struct Table {
     kept_rows: Vec<usize>,
     /// Columns in which a value may be no number.
     with_gaps: Vec<String>,
+    /// Columns of the file that hold more than one number or text a row, and what they hold.
+    left_out: Vec<(String, String)>,
 }
 
 impl Table {
@@ -48,6 +50,7 @@ impl Table {
             line_of_row: Vec::new(),
             kept_rows: Vec::new(),
             with_gaps: Vec::new(),
+            left_out: Vec::new(),
         })
     }
 
@@ -58,6 +61,27 @@ impl Table {
             return Err(Error::table(path, "table", "has no rows"));
         }
         Ok(Self { path: path.into(), line_of_row, ..table })
+    }
+
+    /// As [`Self::from_file`], without the columns of which `left_out` says what they hold: they are missed only when they
+    /// are asked for.
+    pub(super) fn from_file_without(
+        path: &Path,
+        columns: Vec<Column>,
+        left_out: Vec<(String, String)>,
+    ) -> Result<Self> {
+        match left_out.first() {
+            Some((name, problem)) if columns.is_empty() => {
+                return Err(Error::table(path, format!("column {name}"), problem));
+            }
+            Some(_) => {
+                let list: Vec<String> =
+                    left_out.iter().map(|(name, problem)| format!("{name} ({problem})")).collect();
+                log::info!("{}: columns left out: {}", path.display(), list.join("; "));
+            }
+            None => {}
+        }
+        Ok(Self { left_out, ..Self::from_file(path, columns, Vec::new())? })
     }
 
     /// The table with one more column.
@@ -148,6 +172,17 @@ impl Table {
         exact.or_else(|| self.columns.iter().find(|column| column.name.eq_ignore_ascii_case(name)))
     }
 
+    /// True where the file has a column of that name, be it one that cannot be used.
+    pub fn has_column(&self, name: &str) -> bool {
+        self.column(name).is_some() || self.problem_of(name).is_some()
+    }
+
+    /// Why a column of the file was left out.
+    fn problem_of(&self, name: &str) -> Option<&str> {
+        let left_out = self.left_out.iter().find(|(other, _)| other.eq_ignore_ascii_case(name));
+        left_out.map(|(_, problem)| problem.as_str())
+    }
+
     /// The names of the columns for a message; a few of very many.
     pub fn column_names(&self) -> String {
         /// Names that still can be read in one message.
@@ -172,7 +207,12 @@ impl Table {
 
     /// Like [`required_f64`](Self::required_f64) for a column that may be absent.
     pub fn optional_f64(&self, name: &str) -> Result<Option<&[f64]>> {
-        let Some(column) = self.column(name) else { return Ok(None) };
+        let Some(column) = self.column(name) else {
+            return match self.problem_of(name) {
+                Some(problem) => Err(self.fault(&format!("column {name}"), problem)),
+                None => Ok(None),
+            };
+        };
         let is_alike = |other: &&Column| other.name.eq_ignore_ascii_case(name);
         if column.name != name && self.columns.iter().filter(is_alike).count() > 1 {
             let problem =
@@ -195,10 +235,7 @@ impl Table {
             },
             Values::Text(values) => match values.iter().position(|text| text.parse::<f64>().is_err()) {
                 Some(row) if values[row].is_empty() => (row, "is empty; a number is wanted".into()),
-                Some(row) if is_decimal_comma(&values[row]) => {
-                    (row, format!("{:?} is not a number; write a decimal point", values[row]))
-                }
-                Some(row) => (row, format!("{:?} is not a number", values[row])),
+                Some(row) => (row, no_number(&values[row])),
                 None => match values.iter().position(|text| text.parse().is_ok_and(|i: i128| !is_exact(i))) {
                     Some(row) => (
                         row,
@@ -310,6 +347,7 @@ mod tests {
         };
         assert!(fault(&["0.5", "1"]).contains("row 1, column z: \"0.5\" is a number written as text"));
         assert!(fault(&["0,5"]).contains("\"0,5\" is not a number; write a decimal point"));
+        assert!(fault(&["1", "1.5D+11"]).contains("\"1.5D+11\" is not a number; write the exponent"));
         assert!(
             fault(&["1", "123456789012345678901"])
                 .contains("row 2, column z: 123456789012345678901 has more")

@@ -35,6 +35,9 @@ pub(super) fn read(path: &Path) -> Result<Table> {
     if bytes.contains(&0) {
         return fault("is not a CSV file: not text");
     }
+    if bytes.trim_ascii_start().starts_with(b"<") {
+        return fault("is not a CSV file: it begins as HTML, XML or a VOTable does");
+    }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => return fault(&not_utf8(&error)),

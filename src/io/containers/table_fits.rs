@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use fitskit::{BinColumn, BinColumnType, BinTable, CompressedImage, Hdu, HduData, Header, HeaderValue};
+use fitskit::{BinColumn, BinColumnType, BinTable, CompressedImage, Hdu, HduData, HeaderValue};
 
-use super::astropy_meta;
 use super::column::{Column, Values};
 use super::fits_file as fits;
+use super::fits_units::column_units;
 use super::provenance::Provenance;
 use super::table::Table;
 use crate::error::{Error, FileFault, Result};
@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
         return Err(Error::file(FileFault::Damaged, path, problem));
     }
     let mut offset = 0;
-    let mut columns = Vec::with_capacity(table.columns.len());
+    let (mut columns, mut left_out) = (Vec::with_capacity(table.columns.len()), Vec::new());
     let stated = column_units(path, &unit.header, &table.columns)?;
     for (i, (column, stated_unit)) in table.columns.iter().zip(stated).enumerate() {
         let size = column.format.byte_size();
@@ -48,50 +48,14 @@ pub(super) fn read(path: &Path, group: &str) -> Result<Table> {
         }
         let null = unit.header.get_int(&format!("TNULL{}", i + 1));
         let cells = table.main_data.chunks_exact(width.max(1)).map(|row| &row[offset..offset + size]);
-        let values = decode(column, null, cells)
-            .map_err(|problem| Error::table(path, format!("column {}", column.name), problem))?;
-        columns.push(Column { name: column.name.trim().into(), unit: stated_unit, values });
+        let name = column.name.trim().to_string();
+        match decode(column, null, cells) {
+            Ok(values) => columns.push(Column { name, unit: stated_unit, values }),
+            Err(problem) => left_out.push((name, problem)),
+        }
         offset += size;
     }
-    Table::from_file(path, columns, Vec::new())
-}
-
-/// The unit of each column: its TUNIT, or where FITS has no name for it (`solMass / littleh`) what astropy says in comments.
-pub(super) fn column_units(
-    path: &Path,
-    header: &Header,
-    columns: &[BinColumn],
-) -> Result<Vec<Option<String>>> {
-    /// Characters of a comment; a line of more goes on behind a backslash.
-    const COMMENT_LENGTH: usize = 70;
-    const BEGIN: &str = "--BEGIN-ASTROPY-SERIALIZED-COLUMNS--";
-    const END: &str = "--END-ASTROPY-SERIALIZED-COLUMNS--";
-    let comments = header.iter().filter(|card| card.name == "COMMENT");
-    let mut text = String::new();
-    for line in
-        comments.map(|card| card.comment.as_deref().unwrap_or_default()).skip_while(|line| *line != BEGIN)
-    {
-        match line.char_indices().nth(COMMENT_LENGTH) {
-            _ if line == BEGIN => {}
-            _ if line == END => break,
-            Some((end, _)) => text += &line[..end],
-            None => text = text + line + "\n",
-        }
-    }
-    let lines: Vec<&str> = text.lines().collect();
-    let damaged = |problem| {
-        Error::file(FileFault::Damaged, path, format!("astropy's description in comments {problem}"))
-    };
-    let described = match lines.is_empty() {
-        true => Vec::new(),
-        false => astropy_meta::column_units(&lines).map_err(damaged)?,
-    };
-    let unit = |column: &BinColumn| {
-        let stated = column.tunit.clone().filter(|unit| !unit.trim().is_empty());
-        let named = described.iter().find(|(name, _)| *name == column.name.trim());
-        stated.or_else(|| named?.1.clone())
-    };
-    Ok(columns.iter().map(unit).collect())
+    Table::from_file_without(path, columns, left_out)
 }
 
 /// The values of a column's cells.
@@ -236,47 +200,6 @@ mod tests {
         let error = read(path, "haloes").unwrap_err();
         assert!(error.is_bad_input());
         error.to_string().replace(path.to_str().unwrap(), "FILE")
-    }
-
-    #[test]
-    fn units_come_from_their_keywords_or_from_comments_of_astropy_and_blank_ones_are_none() {
-        let column = |name: &str, tunit: Option<&str>| {
-            let tunit = tunit.map(String::from);
-            BinColumn { name: name.into(), format: BinColumnType::D64(1), tscal: 1.0, tzero: 0.0, tunit }
-        };
-        let long = format!("- {{name: {}, unit: Mpc, datatype: float64}}", "long".repeat(20));
-        let columns = [
-            column("z", Some(" ")),
-            column("theta_x_arcsec", Some("mas")),
-            column("m200c_msun", None),
-            column(&"long".repeat(20), None),
-        ];
-        let mut header = Header::new();
-        for line in [
-            "by somebody",
-            "--BEGIN-ASTROPY-SERIALIZED-COLUMNS--",
-            "datatype:",
-            "- {name: z, datatype: float64}",
-            "- {name: theta_x_arcsec, unit: mas, datatype: float64}",
-            "- {name: m200c_msun, unit: solMass / littleh, datatype: float64}",
-            &format!("{}\\", &long[..70]),
-            &long[70..],
-            "meta: !!omap",
-            "--END-ASTROPY-SERIALIZED-COLUMNS--",
-            "and more",
-        ] {
-            header.push(fitskit::Keyword::commentary("COMMENT", line));
-        }
-        let path = Path::new("t.fits");
-        let found = column_units(path, &header, &columns).unwrap();
-        assert_eq!(
-            found,
-            [None, Some("mas"), Some("solMass / littleh"), Some("Mpc")].map(|u| u.map(String::from))
-        );
-        assert_eq!(column_units(path, &Header::new(), &columns[..2]).unwrap(), [None, Some("mas".into())]);
-        header.keywords[2].comment = Some("nothing:".into());
-        let error = column_units(path, &header, &columns).unwrap_err();
-        assert!(error.is_bad_input() && error.to_string().contains("no list datatype"), "{error}");
     }
 
     #[test]

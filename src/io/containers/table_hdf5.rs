@@ -3,14 +3,14 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use hdf5_reader::group::Group;
-use hdf5_reader::{Dataset, Datatype, Hdf5File};
+use hdf5_reader::Dataset;
 
 use super::astropy_meta;
 use super::attribute::AttributeValue;
 use super::column::{Column, Values};
-use super::hdf5_attributes::{check_not_packed, check_states_no_units, stated_units};
+use super::hdf5_attributes::{check_not_packed, stated_units, units_of_fields};
 use super::hdf5_objects as objects;
+use super::hdf5_place::{TableInHdf5, check_no_data_frame, find_table, problem_of_shape};
 use super::hdf5_reading as reading;
 use super::provenance::Provenance;
 use super::table::Table;
@@ -22,9 +22,10 @@ const ASTROPY_META: &str = ".__table_column_meta__";
 /// Reads the group of that name, or the dataset of records; where it is missing, the datasets of the root or the only
 /// group or records.
 pub(super) fn read(path: &Path, wanted: &str) -> Result<Table> {
+    let mut left_out = Vec::new();
     let columns = match find_table(path, &reading::open(path)?, wanted)? {
-        TableInHdf5::Records(records, beside) => read_records(path, &records, &beside)?,
-        TableInHdf5::Columns(datasets) => read_columns(path, &datasets)?,
+        TableInHdf5::Records(records, beside) => read_records(path, &records, &beside, &mut left_out)?,
+        TableInHdf5::Columns(datasets) => read_columns(path, &datasets, &mut left_out)?,
     };
     for column in &columns {
         let (rows, wanted) = (column.values.len(), columns[0].values.len());
@@ -33,98 +34,28 @@ pub(super) fn read(path: &Path, wanted: &str) -> Result<Table> {
             return Err(Error::table(path, format!("column {}", column.name), problem));
         }
     }
-    Table::from_file(path, columns, Vec::new())
+    Table::from_file_without(path, columns, left_out)
 }
 
-/// A table as it lies in a file.
-pub(super) enum TableInHdf5 {
-    /// One dataset a column.
-    Columns(Vec<Dataset>),
-    /// Records, and what lies beside them.
-    Records(Box<Dataset>, Vec<Dataset>),
-}
-
-/// The table of that name in a file, or what [`read`] takes for it.
-pub(super) fn find_table(path: &Path, file: &Hdf5File, wanted: &str) -> Result<TableInHdf5> {
-    let root = file.root_group().map_err(|error| reading::damaged(path, &error))?;
-    let (groups, datasets) = reading::members(path, &root)?;
-    let found = match choose(path, wanted, &groups, &datasets)? {
-        Place::Records(records) => TableInHdf5::Records(Box::new(records.clone()), datasets),
-        Place::Root => {
-            check_states_no_units(path, &root)?;
-            TableInHdf5::Columns(datasets)
-        }
-        Place::Group(group) => {
-            check_states_no_units(path, group)?;
-            let (groups, members) = reading::members(path, group)?;
-            match members.as_slice() {
-                [] if !groups.is_empty() => {
-                    let names: Vec<&str> = groups.iter().map(Group::name).collect();
-                    let problem =
-                        format!("/{} holds groups, no datasets: {}", group.name(), names.join(", "));
-                    return Err(Error::file(FileFault::Content, path, problem));
-                }
-                // PyTables keeps a table so.
-                [only] if is_records(only) => TableInHdf5::Records(Box::new(only.clone()), members),
-                _ => TableInHdf5::Columns(members),
+/// The datasets that can be columns; of the others their names and why not.
+fn read_columns(
+    path: &Path,
+    datasets: &[Dataset],
+    left_out: &mut Vec<(String, String)>,
+) -> Result<Vec<Column>> {
+    let mut columns = Vec::with_capacity(datasets.len());
+    for dataset in datasets {
+        let name = dataset.name().to_string();
+        match problem_of_shape(dataset).or_else(|| reading::problem_of(dataset.dtype())) {
+            Some(problem) => left_out.push((name, problem)),
+            None => {
+                check_not_packed(path, dataset)?;
+                let unit = stated_unit(path, dataset)?;
+                columns.push(Column { unit, values: reading::read_values(path, dataset)?, name });
             }
         }
-    };
-    match &found {
-        TableInHdf5::Columns(datasets) => datasets.iter().try_for_each(|d| check_plain(path, d))?,
-        TableInHdf5::Records(records, _) => check_plain(path, records)?,
     }
-    Ok(found)
-}
-
-/// Where in a file the table is.
-enum Place<'a> {
-    Group(&'a Group),
-    Records(&'a Dataset),
-    Root,
-}
-
-fn choose<'a>(path: &Path, wanted: &str, groups: &'a [Group], datasets: &'a [Dataset]) -> Result<Place<'a>> {
-    if let Some(group) = groups.iter().find(|group| group.name() == wanted) {
-        return Ok(Place::Group(group));
-    }
-    let records: Vec<&Dataset> = datasets.iter().filter(|dataset| is_records(dataset)).collect();
-    let fault = |problem: String| Err(Error::file(FileFault::Content, path, problem));
-    match datasets.iter().find(|dataset| dataset.name() == wanted) {
-        Some(dataset) if is_records(dataset) => return Ok(Place::Records(dataset)),
-        Some(_) => {
-            return fault(format!(
-                "/{wanted} is one dataset of single values; a group with one dataset a column, or records, is wanted"
-            ));
-        }
-        None => {}
-    }
-    match (records.as_slice(), groups, datasets) {
-        ([only], ..) => Ok(Place::Records(only)),
-        ([], _, [_, ..]) => Ok(Place::Root),
-        ([], [only], []) => Ok(Place::Group(only)),
-        ([], [], []) => fault(format!("holds no group /{wanted} and no datasets")),
-        ([], several, []) => {
-            let list: Vec<String> = several.iter().map(|group| format!("/{}", group.name())).collect();
-            fault(format!("holds no group /{wanted}; the groups are {}", list.join(", ")))
-        }
-        (several, ..) => {
-            let list: Vec<String> = several.iter().map(|dataset| format!("/{}", dataset.name())).collect();
-            fault(format!("holds no table /{wanted}; the tables are {}", list.join(", ")))
-        }
-    }
-}
-
-fn is_records(dataset: &Dataset) -> bool {
-    matches!(dataset.dtype(), Datatype::Compound { .. })
-}
-
-fn read_columns(path: &Path, datasets: &[Dataset]) -> Result<Vec<Column>> {
-    let column = |dataset: &Dataset| {
-        let (name, unit) = (dataset.name().to_string(), stated_unit(path, dataset)?);
-        Ok(Column { unit, values: reading::read_values(path, dataset)?, name })
-    };
-    datasets.iter().map(column).collect()
+    Ok(columns)
 }
 
 /// The one unit that a column states, if it does.
@@ -139,12 +70,25 @@ pub(super) fn stated_unit(path: &Path, dataset: &Dataset) -> Result<Option<Strin
     }
 }
 
-/// The fields of records as columns.
-fn read_records(path: &Path, dataset: &Dataset, beside: &[Dataset]) -> Result<Vec<Column>> {
+/// The fields of records that can be columns; of the others their names and why not.
+fn read_records(
+    path: &Path,
+    dataset: &Dataset,
+    beside: &[Dataset],
+    left_out: &mut Vec<(String, String)>,
+) -> Result<Vec<Column>> {
     let fields = reading::read_fields(path, dataset)?;
     let names: Vec<&str> = fields.iter().map(|(name, _)| name.as_str()).collect();
+    check_no_data_frame(path, names.iter().copied())?;
     let units = record_units(path, dataset, &names, beside)?;
-    Ok(fields.into_iter().zip(units).map(|((name, values), unit)| Column { name, unit, values }).collect())
+    let mut columns = Vec::with_capacity(fields.len());
+    for ((name, values), unit) in fields.into_iter().zip(units) {
+        match values {
+            Ok(values) => columns.push(Column { name, unit, values }),
+            Err(problem) => left_out.push((name, problem)),
+        }
+    }
+    Ok(columns)
 }
 
 /// Units of the fields of records, from astropy's description beside them or an attribute with one a field.
@@ -172,20 +116,17 @@ pub(super) fn record_units(
         let problem = format!("states {} units for {} columns", stated.len(), names.len());
         return Err(Error::table(path, "attribute unit", problem));
     }
-    Ok(names.iter().map(|name| units.remove(*name).flatten()).collect())
-}
-
-fn check_plain(path: &Path, dataset: &Dataset) -> Result<()> {
-    check_one_dimension(path, dataset)?;
-    check_not_packed(path, dataset)
-}
-
-fn check_one_dimension(path: &Path, dataset: &Dataset) -> Result<()> {
-    if dataset.ndim() == 1 {
-        return Ok(());
+    for (name, unit) in units_of_fields(path, dataset, names)? {
+        let earlier = units.insert(name.clone(), Some(unit.clone())).flatten();
+        if let Some(other) = earlier.filter(|earlier| *earlier != unit) {
+            return Err(Error::table(
+                path,
+                format!("column {name}"),
+                format!("states several units: {other}, {unit}"),
+            ));
+        }
     }
-    let problem = format!("has shape {:?}; a column has one dimension", dataset.shape());
-    Err(Error::table(path, format!("column {}", dataset.name()), problem))
+    Ok(names.iter().map(|name| units.remove(*name).flatten()).collect())
 }
 
 /// Writes the table into a new file at `path`.
@@ -308,6 +249,59 @@ mod tests {
     }
 
     #[test]
+    fn records_may_state_the_unit_of_each_field_apart() {
+        #[derive(hdf5::H5Type, Clone)]
+        #[repr(C)]
+        struct Halo {
+            z: f64,
+            theta_x_arcsec: f64,
+        }
+        let text = |text: &str| text.parse::<hdf5::types::VarLenUnicode>().unwrap();
+        for (attribute, unit) in [("theta_x_arcsec_unit", Some("deg")), ("mass_units", None)] {
+            let (_folder, path) = foreign(&[]);
+            let file = hdf5::File::open_rw(&path).unwrap();
+            let records = [Halo { z: 0.5, theta_x_arcsec: 1.0 }];
+            let dataset = file.new_dataset_builder().with_data(&records).create("haloes").unwrap();
+            let created = dataset.new_attr::<hdf5::types::VarLenUnicode>().create(attribute).unwrap();
+            created.write_scalar(&text("deg")).unwrap();
+            drop((created, dataset, file));
+            match unit {
+                Some(unit) => {
+                    assert_eq!(read(&path, "haloes").unwrap().columns()[1].unit.as_deref(), Some(unit))
+                }
+                None => {
+                    assert!(fault(&path).contains("haloes has the attribute mass_units"), "{}", fault(&path))
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn datasets_that_are_no_column_are_missed_only_where_they_are_wanted() {
+        let (_folder, path) = foreign(&[("haloes/z", &[0.5, 0.6])]);
+        let file = hdf5::File::open_rw(&path).unwrap();
+        file.new_dataset::<f64>().shape((2, 2)).create("haloes/position").unwrap();
+        file.new_dataset::<f64>().create("haloes/c200c").unwrap().write_scalar(&8.0).unwrap();
+        drop(file);
+        let table = read(&path, "haloes").unwrap();
+        assert_eq!(table.column_names(), "z");
+        assert!(table.has_column("position") && table.optional_f64("m200c_msun").unwrap().is_none());
+        for (name, shape) in [("position", "[2, 2]"), ("c200c", "[]")] {
+            let error = table.required_f64(name).unwrap_err().to_string();
+            assert!(
+                error.contains(&format!("column {name}: has shape {shape}; a column has one")),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_data_frame_in_the_layout_of_pandas_is_named() {
+        let (_folder, path) = foreign(&[("haloes/axis0", &[0.5]), ("haloes/block0_values", &[1.0, 2.0])]);
+        assert!(fault(&path).contains("holds a data frame in the layout of pandas"), "{}", fault(&path));
+    }
+
+    #[test]
     fn logical_values_are_no_numbers() {
         let (_folder, path) = foreign(&[("haloes/z", &[0.5, 0.6])]);
         let file = hdf5::File::open_rw(&path).unwrap();
@@ -322,11 +316,13 @@ mod tests {
 
     #[test]
     fn a_unit_that_is_a_number_is_refused() {
-        let (_folder, path) = foreign(&[("haloes/z", &[0.5])]);
-        let dataset = hdf5::File::open_rw(&path).unwrap().dataset("haloes/z").unwrap();
-        dataset.new_attr::<f64>().create("unit").unwrap().write_scalar(&1e10).unwrap();
-        drop(dataset);
-        assert_eq!(fault(&path), "FILE: the attribute unit is no text, but must be");
+        for name in ["unit", "TUNIT"] {
+            let (_folder, path) = foreign(&[("haloes/z", &[0.5])]);
+            let dataset = hdf5::File::open_rw(&path).unwrap().dataset("haloes/z").unwrap();
+            dataset.new_attr::<f64>().create(name).unwrap().write_scalar(&1e10).unwrap();
+            drop(dataset);
+            assert_eq!(fault(&path), format!("FILE: the attribute {name} is no text, but must be"));
+        }
     }
 
     #[test]

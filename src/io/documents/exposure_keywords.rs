@@ -73,10 +73,9 @@ impl ExposureKeywords {
 const SAMPLING: &str = "PIXSAMP";
 
 fn pixel_sampling(path: &Path, header: &Header) -> Result<Option<PixelSampling>> {
-    if header.find(SAMPLING).is_none() {
-        return Ok(None);
-    }
-    let given = header.get_string(SAMPLING).unwrap_or("not text");
+    let Some(card) = header.find(SAMPLING) else { return Ok(None) };
+    let value = card.value.as_ref().map(ToString::to_string).unwrap_or_default();
+    let given = header.get_string(SAMPLING).unwrap_or(&value);
     let all = [PixelSampling::Point, PixelSampling::Adaptive];
     let found = all.into_iter().find(|sampling| sampling.name() == given.trim());
     let fault = || {

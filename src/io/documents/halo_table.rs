@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::config::LineOfSightConfig;
 use crate::cosmology::Background;
 use crate::error::{Result, TableKind};
-use crate::halo::{HaloCatalogue, HaloMasses};
-use crate::io::containers::{Column, Provenance, RunFileReader, Table, Values};
+use crate::halo::{HaloCatalogue, HaloMasses, doubts};
+use crate::io::containers::{Column, Provenance, RunFileReader, Table, Values, stated_number};
 
 /// Name of the HDF5 group or FITS extension with haloes.
 pub const HALOES_GROUP: &str = "haloes";
@@ -45,7 +45,7 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
     let column = |name: &str| table.required_f64(name).map(<[f64]>::to_vec);
     let optional = |name: &str| table.optional_f64(name).map(|c| c.map(<[f64]>::to_vec));
     let (m200c_msun, c200c) = (optional("m200c_msun")?, optional("c200c")?);
-    let by_angles = table.column("r_s_arcsec").is_some() || table.column("alpha_rs_arcsec").is_some();
+    let by_angles = table.has_column("r_s_arcsec") || table.has_column("alpha_rs_arcsec");
     let masses = match (by_angles, m200c_msun.clone(), c200c.clone()) {
         (false, Some(m200c_msun), Some(c200c)) => HaloMasses::Physical { m200c_msun, c200c },
         (false, ..) => {
@@ -68,10 +68,14 @@ fn read(path: &Path, z_source: f64, background: &Background) -> Result<HaloCatal
         })?;
     haloes.r_trunc_arcsec = truncation_radii(&table)?;
     (haloes.m200c_msun, haloes.c200c) = (m200c_msun, c200c);
-    if by_angles {
-        check_same_source(&table, &haloes)?;
+    match (by_angles, haloes.m200c_msun.is_some() && haloes.c200c.is_some()) {
+        (true, true) => check_same_source(&table, &haloes)?,
+        (true, false) => check_stated_source(path, z_source, &table)?,
+        (false, _) => {}
     }
-    tell_of_masses(path, haloes.m200c_msun.iter().flatten());
+    for doubt in doubts(&haloes) {
+        log::warn!("{}: {doubt}", path.display());
+    }
     let own = |c: &&Column| !KNOWN.iter().any(|k| k.eq_ignore_ascii_case(&c.name));
     let unused: Vec<&str> = table.columns().iter().filter(own).map(|c| c.name.as_str()).collect();
     tell_of_unused(path, &unused);
@@ -113,19 +117,6 @@ fn tell_of_unused(path: &Path, names: &[&str]) {
     }
 }
 
-/// Warns of masses that look like logarithms, or like multiples of 10¹⁰ solar masses.
-pub(super) fn tell_of_masses<'a>(path: &Path, m200c_msun: impl Iterator<Item = &'a f64>) {
-    /// A microhalo of cold dark matter has 10⁻⁶ solar masses; one that is seen in a catalogue has far more than this.
-    const SMALLEST_MSUN: f64 = 1e4;
-    let largest = m200c_msun.copied().fold(0.0, f64::max);
-    if largest > 0.0 && largest < SMALLEST_MSUN {
-        log::warn!(
-            "{}: no m200c_msun is above {largest:.4} solar masses; are these logarithms, or units of 1e10 Msun?",
-            path.display()
-        );
-    }
-}
-
 /// The line of sight that the haloes of a file were simulated or drawn for, if it is an .h5 of haloray that says so.
 pub fn read_line_of_sight(path: &Path) -> Option<LineOfSightConfig> {
     let extension = path.extension()?.to_str()?;
@@ -138,10 +129,9 @@ pub fn read_line_of_sight(path: &Path) -> Option<LineOfSightConfig> {
 
 fn truncation_radii(table: &Table) -> Result<Option<Vec<f64>>> {
     let radii = match table.column("r_trunc_arcsec").map(|column| &column.values) {
-        None => return Ok(None),
         Some(Values::F64(radii)) => radii,
-        // Says what is wrong with it.
-        Some(Values::Text(_)) => return table.optional_f64("r_trunc_arcsec").map(|_| None),
+        // Says what is wrong with it, if it is there.
+        _ => return table.optional_f64("r_trunc_arcsec").map(|_| None),
     };
     match radii.iter().position(|r| r.is_nan() || *r <= 0.0) {
         None => Ok(Some(radii.clone())),
@@ -162,6 +152,25 @@ fn check_same_source(table: &Table, haloes: &HaloCatalogue) -> Result<()> {
         haloes.z_source()
     );
     Err(table.fault("columns alpha_rs_arcsec and m200c_msun", problem))
+}
+
+/// Reduced angles hold for one source: refuse a file that says another redshift of it.
+fn check_stated_source(path: &Path, z_source: f64, table: &Table) -> Result<()> {
+    /// Redshifts that differ by less are the same but for rounding.
+    const TOLERANCE: f64 = 1e-6;
+    let own = read_line_of_sight(path).map(|sight| sight.z_source);
+    let Some(stated) = own.map_or_else(|| stated_number(path, HALOES_GROUP, "z_source"), |z| Ok(Some(z)))?
+    else {
+        return Ok(());
+    };
+    if (stated - z_source).abs() <= TOLERANCE {
+        return Ok(());
+    }
+    let problem = format!(
+        "says z_source = {stated}, but the source is at z = {z_source}: r_s_arcsec and alpha_rs_arcsec are reduced to another; \
+         give m200c_msun,c200c, or take that source"
+    );
+    Err(table.fault("table", problem))
 }
 
 /// The catalogue as a table, a user's own columns last.
@@ -254,6 +263,18 @@ mod tests {
         let half =
             read_text("z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec\n0.5,1,2,1\n").unwrap_err().to_string();
         assert!(half.contains("alpha_rs_arcsec"), "{half}");
+    }
+
+    #[test]
+    fn angles_alone_must_be_for_the_source_that_their_file_states() {
+        let read = |stated: &str| {
+            read_text(&format!(
+                "# z_source = {stated}\nz,theta_x_arcsec,theta_y_arcsec,r_s_arcsec,alpha_rs_arcsec\n0.5,1,2,3,0.5\n"
+            ))
+        };
+        assert!(read("1.5").is_ok());
+        let error = read("2.5").unwrap_err().to_string();
+        assert!(error.contains("says z_source = 2.5, but the source is at z = 1.5"), "{error}");
     }
 
     #[test]

@@ -106,10 +106,8 @@ impl ImageFile {
         if let Some(psf) = &self.psf {
             check_size("PSF", psf.data.len(), psf.nx, psf.ny)?;
             let mut unit = extension("PSF", image(psf.nx, psf.ny, PixelData::F64(psf.data.clone())));
-            if psf.oversampling > 1 {
-                let scale = self.pixel_scale_arcsec / psf.oversampling as f64;
-                fits::push_f64(&mut unit.header, "PIXSCALE", scale, "arcsec, side of a pixel of the PSF");
-            }
+            let scale = self.pixel_scale_arcsec / psf.oversampling as f64;
+            fits::push_f64(&mut unit.header, "PIXSCALE", scale, "arcsec, side of a pixel of the PSF");
             units.push(unit);
         }
         if let Some(mask) = &self.mask {
@@ -236,7 +234,7 @@ mod tests {
         );
         assert_eq!(
             fault(|units| units[0].header.set("PIXSAMP", HeaderValue::Integer(1), None)),
-            "PIXSAMP is 'not text', but must be 'point' or 'adaptive'"
+            "PIXSAMP is '1', but must be 'point' or 'adaptive'"
         );
         assert_eq!(
             fault(|units| units[0].header.set("EXPTIME", text("long"), None)),

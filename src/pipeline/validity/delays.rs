@@ -6,6 +6,7 @@ use crate::diagnostics::{PointImages, SkyWindow};
 use crate::error::Result;
 use crate::mapping::tidal::TidalLens;
 use crate::mapping::{Mapping, Order};
+use crate::monitor::Silent;
 
 /// Images of a point source and when they arrive.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +25,7 @@ impl Delays {
         /// A central image fainter than this is never seen.
         const FAINTEST: f64 = 0.01;
         let window = SkyWindow::about_axis(half_width_arcsec, vec![[0.0; 2]])?;
-        let images = PointImages::of(mapping, &window, source_arcsec).images;
+        let images = PointImages::of(mapping, &window, source_arcsec, &Silent)?.images;
         let seen = images.iter().filter(|image| image.magnification().abs() > FAINTEST);
         let (theta_arcsec, days) = seen.map(|image| (image.theta_arcsec, image.delay_days)).unzip();
         Ok(Self { theta_arcsec, days })

@@ -6,6 +6,7 @@ use std::path::Path;
 use csv::ByteRecord;
 use flate2::read::MultiGzDecoder;
 
+use super::super::column::no_number;
 use super::super::csv_dialect::{self, Ecsv};
 use super::super::table_csv::check_names;
 use super::title::{BATCH_ROWS, ColumnTitle};
@@ -95,7 +96,7 @@ impl CsvRows {
                 let field = record.get(i).unwrap_or_default();
                 column.push(number(field).ok_or_else(|| {
                     let place = format!("{}, column {name}", place_of(path, row));
-                    Error::table(path, place, format!("{:?} is not a number", String::from_utf8_lossy(field)))
+                    Error::table(path, place, no_number(&String::from_utf8_lossy(field)))
                 })?);
             }
             row += 1;

@@ -9,7 +9,8 @@ use flate2::read::MultiGzDecoder;
 use super::super::column::Values;
 use super::super::fits_file::{self as fits, BLOCK_BYTES};
 use super::super::fits_header::{CARD_BYTES, declared_bytes, parsed_header};
-use super::super::table_fits::{self, decode};
+use super::super::fits_units::column_units;
+use super::super::table_fits::decode;
 use super::title::ColumnTitle;
 use crate::error::{Error, FileFault, Result};
 
@@ -63,7 +64,7 @@ impl FitsRows {
         if width != row_bytes || width == 0 {
             return Err(damaged(format!("the columns take {width} bytes a row, but NAXIS1 is {row_bytes}")));
         }
-        let units = table_fits::column_units(path, &header, &table.columns)?;
+        let units = column_units(path, &header, &table.columns)?;
         let title = |(column, unit): (&BinColumn, _)| ColumnTitle { name: column.name.trim().into(), unit };
         let titles = table.columns.iter().zip(units).map(title).collect();
         let nulls = (1..=table.columns.len()).map(|i| header.get_int(&format!("TNULL{i}"))).collect();

@@ -5,8 +5,10 @@ use std::path::Path;
 use hdf5_reader::{CompoundField, Dataset, Datatype, SliceInfo, SliceInfoElem};
 use rayon::prelude::*;
 
+use super::super::hdf5_attributes::check_not_packed;
+use super::super::hdf5_place::{TableInHdf5, find_table, problem_of_shape};
 use super::super::hdf5_reading as reading;
-use super::super::table_hdf5::{TableInHdf5, find_table, record_units, stated_unit};
+use super::super::table_hdf5::{record_units, stated_unit};
 use super::hdf5_number::{Number, Record, number, number_bytes};
 use super::title::{BATCH_ROWS, ColumnTitle};
 use crate::error::{Error, FileFault, Result};
@@ -37,7 +39,9 @@ impl Hdf5Rows {
                 let titles: Vec<ColumnTitle> = names.iter().zip(units).map(title).collect();
                 (titles, Self::Records(dataset, fields))
             }
-            TableInHdf5::Columns(datasets) => {
+            TableInHdf5::Columns(mut datasets) => {
+                datasets.retain(|dataset| problem_of_shape(dataset).is_none());
+                datasets.iter().try_for_each(|dataset| check_not_packed(path, dataset))?;
                 let title = |dataset: &Dataset| {
                     let unit = stated_unit(path, dataset)?;
                     Ok(ColumnTitle { name: dataset.name().into(), unit })

@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use self::arguments::Arguments;
 use self::line_of_sight::LINES_OF_SIGHT;
+use super::numbers_by_name::NumbersByName;
 use crate::cosmology::Background;
 use crate::error::{Domain, Error, FileFault, Result};
 use crate::io::containers::read_text;
@@ -26,7 +27,7 @@ struct ModelFile {
     z_lens: Option<f64>,
     z_source: f64,
     lens_model_list: Vec<String>,
-    kwargs_lens: Vec<BTreeMap<String, f64>>,
+    kwargs_lens: Vec<NumbersByName>,
     lens_redshift_list: Option<Vec<f64>>,
     cosmology: Option<CosmologyFile>,
 }
@@ -97,9 +98,22 @@ impl LensOfFile {
 /// or outside their domain; every message names the file.
 pub fn read_lens_model(path: &Path, default_background: &Background) -> Result<LensModelFile> {
     let text = read_text(path)?;
-    let file: ModelFile = serde_json::from_str(&text)
-        .map_err(|e| Error::file(FileFault::LensModel, path, format!("not a lens model: {e}")))?;
+    let file: ModelFile = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
+        Error::file(FileFault::LensModel, path, format!("not a lens model: {error}{}", cause(&text)))
+    })?;
     file.build(default_background).map_err(|error| error.in_file(FileFault::LensModel, path))
+}
+
+/// What a text that is no lens model may be, in words to end a sentence with.
+fn cause(text: &str) -> &'static str {
+    let mut words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+    match text {
+        _ if text.contains("\"lensing_entities\"") => "; it is a COOLEST file, which is not read",
+        _ if words.any(|word| ["NaN", "Infinity", "None", "True", "False"].contains(&word)) => {
+            "; NaN, Infinity, None, True and False are no JSON"
+        }
+        _ => "",
+    }
 }
 
 impl ModelFile {
@@ -130,7 +144,8 @@ impl ModelFile {
         if self.lens_model_list.is_empty() {
             return Err(Error::out_of_range("lens_model_list", "empty", "a list of at least one model"));
         }
-        let parts = LensModelParts { lens_model_list: &self.lens_model_list, kwargs_lens: &self.kwargs_lens };
+        let kwargs: Vec<BTreeMap<String, f64>> = self.kwargs_lens.iter().map(|own| own.0.clone()).collect();
+        let parts = LensModelParts { lens_model_list: &self.lens_model_list, kwargs_lens: &kwargs };
         parts.build(&redshifts, &background)
     }
 }

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::super::halo_table::tell_of_masses;
 use super::aim::Aim;
 use super::reading::ConeFiles;
 use super::{candidates, folder, gather};
 use crate::config::{Config, LightconeConfig};
 use crate::error::{Error, Result, TableKind};
 use crate::halo::lightcone::{ConeHaloes, ConeSightline, Footprint};
+use crate::halo::mass_doubt;
 use crate::monitor::Monitor;
 use crate::pipeline::ImportedSightlines;
 
@@ -69,8 +69,9 @@ fn extract(
         }
     };
     let (sightlines, rows) = gather::gather(config, &files, &aims, z_source, monitor)?;
-    if let Some(file) = cone.files.first() {
-        tell_of_masses(file, sightlines.iter().flat_map(|sightline| &sightline.haloes.m200c_msun));
+    let masses = sightlines.iter().flat_map(|sightline| &sightline.haloes.m200c_msun);
+    if let (Some(file), Some(doubt)) = (cone.files.first(), mass_doubt(masses)) {
+        log::warn!("{}: {doubt}", file.display());
     }
     Ok(ConeExtraction { sightlines, footprint, row_count: rows.read, bad_row_count: rows.bad })
 }
