@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::constants::{CRITICAL_DENSITY_MSUN_MPC3_PER_H0_SQUARED, SPEED_OF_LIGHT_KM_S};
 use crate::error::{Domain, Error, Result};
 use crate::numerics::dispatch::kernel;
-use crate::numerics::quadrature::unit_rule;
+use crate::numerics::quadrature::{UnitRule, short_rule, unit_rule};
 
 /// The two numbers that fix a [`Background`], as a configuration file holds them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -21,9 +21,9 @@ pub struct BackgroundParameters {
 ///
 /// With u = (1+z)^(−1/2) the comoving distance becomes
 /// χ(z₁, z₂) = 2 c/H₀ ∫ du / √(Ωm + (1−Ωm) u⁶) from u₂ to u₁,
-/// an integrand analytic on all of [0, 1]: one 32-node Gauss–Legendre rule gives every distance
-/// to about 1e-15 relative for Ωm ≥ 0.1 and any z ≥ 0 (1e-11 at Ωm = 0.01). The width u₁ − u₂ is
-/// formed without cancellation, so this also holds for tiny redshifts and differences.
+/// an integrand analytic on all of [0, 1]: one Gauss–Legendre rule, of 16 nodes for widths up to 0.4 (z ≤ 1.77 from us) and
+/// of 32 for others, gives every distance to about 1e-15 relative for Ωm ≥ 0.1 and any z ≥ 0 (1e-11 at Ωm = 0.01). The width
+/// u₁ − u₂ is formed without cancellation, so this also holds for tiny redshifts and differences.
 /// Shown by `tests/reference/cosmology.rs` against astropy.
 ///
 /// ```
@@ -164,7 +164,12 @@ impl Background {
 
     /// 2 ∫ du / √(Ωm + (1−Ωm) u⁶) over [`u_high` − `width`, `u_high`].
     fn distance_integral(&self, u_high: f64, width: f64) -> f64 {
-        2.0 * width * mean_inverse_energy(self.omega_m, u_high, width)
+        // Its next singularities are (Ωm/(1−Ωm))^⅙ from 0 at 30° to the real axis: ρ is large for a narrow range.
+        let mean = match width.abs() <= SHORT_WIDTH {
+            true => mean_over_short_range(self.omega_m, u_high, width),
+            false => mean_over_range(self.omega_m, u_high, width),
+        };
+        2.0 * width * mean
     }
 }
 
@@ -178,27 +183,39 @@ fn width_to(z: f64) -> f64 {
 const ITERATIONS_MAX: usize = 12;
 /// A relative step after which the error is one of rounding.
 const STEP_BEFORE_ROUNDING: f64 = 4e-6;
+/// Widths up to this take 16 nodes.
+const SHORT_WIDTH: f64 = 0.4;
 
 kernel! {
-    /// Mean of 1/√(Ωm + (1−Ωm) u⁶) over [`u_high` − `width`, `u_high`].
-    fn mean_inverse_energy(omega_m: f64, u_high: f64, width: f64) -> f64 {
-        let rule = unit_rule();
-        let mut terms = rule.weights;
-        for (term, node) in terms.iter_mut().zip(&rule.nodes) {
-            let u = u_high - width * node;
-            let u3 = u * u * u;
-            *term *= 1.0 / (omega_m + (1.0 - omega_m) * (u3 * u3)).sqrt();
-        }
-        // Halves upon halves: sums side by side, each of few roundings.
-        let mut n = terms.len();
-        while n > 1 {
-            n /= 2;
-            for i in 0..n {
-                terms[i] += terms[i + n];
-            }
-        }
-        terms[0]
+    fn mean_over_short_range(omega_m: f64, u_high: f64, width: f64) -> f64 {
+        mean_inverse_energy(short_rule(), omega_m, u_high, width)
     }
+}
+
+kernel! {
+    fn mean_over_range(omega_m: f64, u_high: f64, width: f64) -> f64 {
+        mean_inverse_energy(unit_rule(), omega_m, u_high, width)
+    }
+}
+
+/// Mean of 1/√(Ωm + (1−Ωm) u⁶) over [`u_high` − `width`, `u_high`].
+#[inline(always)]
+fn mean_inverse_energy<const N: usize>(rule: &UnitRule<N>, omega_m: f64, u_high: f64, width: f64) -> f64 {
+    let mut terms = rule.weights;
+    for (term, node) in terms.iter_mut().zip(&rule.nodes) {
+        let u = u_high - width * node;
+        let u3 = u * u * u;
+        *term *= 1.0 / (omega_m + (1.0 - omega_m) * (u3 * u3)).sqrt();
+    }
+    // Halves upon halves: sums side by side, each of few roundings.
+    let mut n = N;
+    while n > 1 {
+        n /= 2;
+        for i in 0..n {
+            terms[i] += terms[i + n];
+        }
+    }
+    terms[0]
 }
 
 impl TryFrom<BackgroundParameters> for Background {
@@ -258,6 +275,10 @@ mod tests {
             let many: f64 =
                 (0..20).map(|i| background.distance_integral(1.0 - f64::from(i) / 20.0, 0.05)).sum();
             assert!((one / many - 1.0).abs() < 2.0 * tolerance, "{omega_m}: {}", one / many - 1.0);
+            // The widest of 16 nodes against halves of it.
+            let short = |u: f64, width: f64| background.distance_integral(u, width);
+            let [whole, halves] = [short(1.0, 0.4), short(1.0, 0.2) + short(0.8, 0.2)];
+            assert!((whole / halves - 1.0).abs() < 2.0 * tolerance, "{omega_m}: {}", whole / halves - 1.0);
         }
     }
 

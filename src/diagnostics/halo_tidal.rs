@@ -50,20 +50,18 @@ impl JudgedHaloes {
         threshold: f64,
         ray: impl Fn(usize) -> [f64; 2] + Sync,
     ) -> crate::Result<Self> {
-        let row = |i: usize| {
-            let (profile, [x, y]) = (haloes.profile(i)?, ray(i));
+        let is_tidal = |i: usize| {
+            let [x, y] = ray(i);
             let distance = (haloes.theta_x_arcsec[i] - x).hypot(haloes.theta_y_arcsec[i] - y);
             let part = theta_e_arcsec / distance;
             if part < 0.5 && 8.0 * part < threshold * (1.0 - part).powi(3) {
-                let [xx, _, yy] = profile.hessian(x, y);
-                return Ok((0.5 * (xx + yy), true));
+                return Ok(true);
             }
-            let (kappa, variation) = single_halo(&profile, [x, y], theta_e_arcsec);
-            Ok((kappa, variation.delta < threshold))
+            let variation = shear_variation(&haloes.profile(i)?, [x, y], theta_e_arcsec);
+            Ok(variation.delta < threshold)
         };
-        let rows: Vec<_> = (0..haloes.len()).into_par_iter().map(row).collect::<crate::Result<_>>()?;
-        let (kappa, is_tidal) = rows.into_iter().unzip();
-        Ok(Self { kappa, is_tidal })
+        let is_tidal = (0..haloes.len()).into_par_iter().map(is_tidal).collect::<crate::Result<_>>()?;
+        Ok(Self { kappa: haloes.convergences(ray)?, is_tidal })
     }
 }
 
@@ -92,12 +90,11 @@ impl HaloTidal {
     ) -> crate::Result<Self> {
         let row = |i: usize| {
             let (profile, ray) = (haloes.profile(i)?, ray(i));
-            Ok((single_halo(&profile, ray, theta_e_arcsec), flexion_at(&profile, ray)))
+            Ok((shear_variation(&profile, ray, theta_e_arcsec), flexion_at(&profile, ray)))
         };
         let rows: Vec<_> = (0..haloes.len()).into_par_iter().map(row).collect::<crate::Result<_>>()?;
-        let mut columns = Self::default();
-        for ((kappa, variation), [f, g]) in rows {
-            columns.kappa.push(kappa);
+        let mut columns = Self { kappa: haloes.convergences(ray)?, ..Self::default() };
+        for (variation, [f, g]) in rows {
             columns.gamma.push(variation.gamma);
             columns.f_per_arcsec.push(f);
             columns.g_per_arcsec.push(g);
@@ -112,11 +109,10 @@ impl HaloTidal {
     }
 }
 
-/// κ and the variation of the shear over θ_E where a ray meets a halo's plane.
-pub fn single_halo(profile: &MassModel, [x, y]: [f64; 2], theta_e: f64) -> (f64, ShearVariation) {
-    let [xx, _, yy] = profile.hessian(x, y);
+/// The variation of a halo's shear over θ_E where a ray meets its plane.
+pub fn shear_variation(profile: &MassModel, [x, y]: [f64; 2], theta_e: f64) -> ShearVariation {
     let shears = [(x, y), (x + theta_e, y), (x, y + theta_e)].map(|(x, y)| shear(profile, x, y));
-    (0.5 * (xx + yy), ShearVariation::of_shears(shears[0], shears[1], shears[2]))
+    ShearVariation::of_shears(shears[0], shears[1], shears[2])
 }
 
 fn flexion_at(profile: &MassModel, [x, y]: [f64; 2]) -> [Complex<f64>; 2] {
@@ -212,8 +208,8 @@ mod tests {
     fn flexion_regime_needs_two_not_one_half() {
         // Δ²/(θ_E²(|F|²+|G|²)/|γ|²) → 2 as θ_E → 0, to 1e-6; the printed ½ is off by a factor 4.
         let theta_e = 1e-7;
-        let ([f, g], (_, variation)) =
-            (flexion_at(&halo(), [0.0; 2]), single_halo(&halo(), [0.0; 2], theta_e));
+        let ([f, g], variation) =
+            (flexion_at(&halo(), [0.0; 2]), shear_variation(&halo(), [0.0; 2], theta_e));
         let flexion = (f.norm_sqr() + g.norm_sqr()) / variation.gamma.norm_sqr();
         let factor = (variation.delta / theta_e).powi(2) / flexion;
         assert!((factor - 2.0).abs() < 2e-6, "{factor}");
@@ -343,7 +339,8 @@ mod tests {
     #[test]
     fn far_from_a_halo_all_three_variations_are_one() {
         let halo = MassModel::Nfw(Nfw::new(0.7, 0.02, [200.0, 90.0]).unwrap());
-        let (averages, (_, point)) = (averages(&halo, [200.0, 90.0], 1.0), single_halo(&halo, [0.0; 2], 1.0));
+        let averages = averages(&halo, [200.0, 90.0], 1.0);
+        let point = shear_variation(&halo, [0.0; 2], 1.0);
         for delta in [averages.ring.delta, averages.disc.delta] {
             assert!((delta / point.delta - 1.0).abs() < 0.01, "{delta} {}", point.delta);
         }

@@ -20,7 +20,7 @@ pub use best_model::{BestModel, WeightedRays};
 pub use critical_curves::{CriticalCurve, CriticalCurves, CurveKind};
 pub use distortion::Distortion;
 pub use effective::EffectiveLineOfSight;
-pub use halo_tidal::{HaloTidal, JudgedHaloes, los_shear_in_disc, single_halo};
+pub use halo_tidal::{HaloTidal, JudgedHaloes, los_shear_in_disc, shear_variation};
 pub use maps::{MapGrid, TidalMaps};
 pub use point_images::{ImageKind, PointImage, PointImages, SingularPoint};
 pub use ring_and_disc::{Averaged, RingAndDisc};

@@ -6,7 +6,7 @@ use super::nfw_parameters::NfwScaling;
 use super::truncation::Truncation;
 use crate::cosmology::Background;
 use crate::error::{Domain, Error, Result, shortest};
-use crate::profile::mass::{MassModel, Nfw, TruncatedNfw};
+use crate::profile::mass::{MassModel, MassProfile, Nfw, TruncatedNfw, nfw_radial, resolved_scale_radius};
 
 /// Haloes between observer and source, one NFW halo a row, deflections reduced to the source.
 ///
@@ -232,6 +232,31 @@ impl HaloCatalogue {
         } else {
             MassModel::Nfw(Nfw::new(r_s, alpha, centre)?)
         })
+    }
+
+    /// Convergence κ_h of every halo, reduced to the source, where a ray meets its plane in the direction `ray(i)`.
+    ///
+    /// # Errors
+    /// As [`Self::profile`].
+    pub fn convergences(&self, ray: impl Fn(usize) -> [f64; 2]) -> Result<Vec<f64>> {
+        let u = |i: usize| {
+            let [x, y] = ray(i);
+            let (t, r_s) = ([self.theta_x_arcsec[i] - x, self.theta_y_arcsec[i] - y], self.r_s_arcsec[i]);
+            let r_s = resolved_scale_radius(r_s);
+            ((t[0] * t[0] + t[1] * t[1]) / (r_s * r_s)).max(nfw_radial::U_FLOOR)
+        };
+        let mut kappa: Vec<f64> = (0..self.len()).map(u).collect();
+        nfw_radial::convergences(&mut kappa);
+        for (i, kappa) in kappa.iter_mut().enumerate() {
+            if self.truncation(i).is_finite() {
+                let [x, y] = ray(i);
+                let [xx, _, yy] = self.profile(i)?.hessian(x, y);
+                *kappa = 0.5 * (xx + yy);
+            } else {
+                *kappa *= Nfw::strength(resolved_scale_radius(self.r_s_arcsec[i]), self.alpha_rs_arcsec[i]);
+            }
+        }
+        Ok(kappa)
     }
 
     /// The haloes for which `keep` says so, in the same order.

@@ -4,11 +4,11 @@ use serde::Serialize;
 
 use crate::config::{Config, HALO_MASS_DEFINITION};
 use crate::cosmology::LinearTheory;
-use crate::diagnostics::single_halo;
+use crate::diagnostics::shear_variation;
 use crate::error::Result;
 use crate::halo::{Epoch, HaloShapes, Population, convergence_over_disc, expected_sum, smooth_convergences};
 use crate::numerics::spline::UniformSpline;
-use crate::profile::mass::MassModel;
+use crate::profile::mass::{MassModel, MassProfile};
 
 /// Which of the haloes are traced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,8 +118,12 @@ pub fn mean_convergence(
     }
     let theta_e = config.diagnostics.theta_e_arcsec;
     let is_kept = |lens: &MassModel, at: [f64; 2]| {
-        let (kappa, variation) = single_halo(lens, at, theta_e);
-        max_kappa.is_none_or(|most| kappa <= most) && threshold.is_none_or(|limit| variation.delta < limit)
+        let kappa = || {
+            let [xx, _, yy] = lens.hessian(at[0], at[1]);
+            0.5 * (xx + yy)
+        };
+        let delta = || shear_variation(lens, at, theta_e).delta;
+        max_kappa.is_none_or(|most| kappa() <= most) && threshold.is_none_or(|limit| delta() < limit)
     };
     let over_disc = |lens: &MassModel, theta_max: f64| kept_over_disc(lens, theta_max, is_kept);
     expectation_in(CHI_STEPS[1], config, linear, population, over_disc)

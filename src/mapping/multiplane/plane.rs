@@ -72,10 +72,11 @@ impl LensPlane {
 
 /// Planes in order of distance (equal distances in catalogue order); sheets on the ray are still missing.
 pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets: &Sheets) -> Vec<Plane> {
-    let mut planes: Vec<Plane> = (0..haloes.len())
+    let mut order: Vec<(f64, usize)> = haloes.chi_cmpc.iter().copied().zip(0..).collect();
+    order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut planes: Vec<Plane> = order
         .into_par_iter()
-        .map(|i| {
-            let chi = haloes.chi_cmpc[i];
+        .map(|(chi, i)| {
             let f = chi_source_cmpc / (chi_source_cmpc - chi);
             let r_s = resolved_scale_radius(haloes.r_s_arcsec[i]);
             let mut plane = Plane {
@@ -87,16 +88,26 @@ pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets
                 f_sheet: 0.0,
                 tau: haloes.truncation(i),
             };
-            plane.f_sheet = match sheets {
-                Sheets::OnAxis => plane.convergence_at([0.0; 2]),
-                Sheets::OnRay | Sheets::None => 0.0,
-                Sheets::Expected(kappa) => f * kappa[i],
-            };
+            if let Sheets::Expected(kappa) = sheets {
+                plane.f_sheet = f * kappa[i];
+            }
             plane
         })
         .collect();
-    planes.par_sort_by(|a, b| a.chi_cmpc.total_cmp(&b.chi_cmpc));
+    if *sheets == Sheets::OnAxis {
+        balance_on_axis(&mut planes);
+    }
     planes
+}
+
+/// Gives every plane the sheet −κ_h(0), with the bits of [`Plane::convergence_at`].
+fn balance_on_axis(planes: &mut [Plane]) {
+    let mut factors: Vec<f64> = planes.iter().map(|plane| plane.u_at([0.0; 2])).collect();
+    nfw_radial::convergences(&mut factors);
+    for (plane, factor) in planes.iter_mut().zip(factors) {
+        let is_truncated = plane.tau.is_finite();
+        plane.f_sheet = if is_truncated { plane.convergence_at([0.0; 2]) } else { plane.fk * factor };
+    }
 }
 
 impl Plane {
@@ -120,9 +131,13 @@ impl Plane {
 
     /// f·κ_h = f·k(m + u·m′) in one direction.
     pub fn convergence_at(&self, theta: [f64; 2]) -> f64 {
-        let [m, p1, _] =
-            self.radial(self.u(self.centre_arcsec[0] - theta[0], self.centre_arcsec[1] - theta[1]));
+        let [m, p1, _] = self.radial(self.u_at(theta));
         self.fk * (m + p1)
+    }
+
+    /// u of a direction.
+    fn u_at(&self, theta: [f64; 2]) -> f64 {
+        self.u(self.centre_arcsec[0] - theta[0], self.centre_arcsec[1] - theta[1])
     }
 }
 

@@ -12,10 +12,11 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, SQRT_2};
 
+use crate::numerics::dispatch::kernel;
 use crate::numerics::elementary::{
     arctan_series, artanh_series, half_ln_of_reduced, polynomial, reduced_for_ln,
 };
-use crate::numerics::real::{Each, Real};
+use crate::numerics::real::{Each, LANES, Lanes, Real};
 
 /// Below this u the form without cancellation at u → 0 is used.
 pub const INNER_END: f64 = 0.8;
@@ -196,6 +197,16 @@ pub fn m<R: Real>(u: R) -> R {
 #[inline(always)]
 pub fn nfw<R: Real>(u: R) -> [R; 3] {
     by_regime(u, NfwLens)
+}
+
+kernel! {
+    /// m + u·m′ at each u, the convergence of an NFW lens in units of k, with the bits of [`nfw`].
+    pub fn convergences(u: &mut [f64]) {
+        for start in (0..u.len()).step_by(LANES) {
+            let [m, p1, _] = nfw(Lanes::load(u, start));
+            (m + p1).store(u, start);
+        }
+    }
 }
 
 /// (L, A, m) at any u ≥ [`U_FLOOR`].
