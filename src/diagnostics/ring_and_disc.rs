@@ -108,11 +108,7 @@ impl RingAndDisc {
     ///
     /// Eight rays are traced; what they miss of the haloes near the ring is added to first order in these haloes.
     pub fn of_sight(sight: &LineOfSight, radius_arcsec: f64) -> Self {
-        Self::of_circle(&sight.circle(radius_arcsec), radius_arcsec)
-    }
-
-    /// The same of a circle that is traced.
-    pub(crate) fn of_circle(circle: &Circle, radius_arcsec: f64) -> Self {
+        let circle = sight.circle(radius_arcsec);
         let traced: [OnRing; RAYS] = std::array::from_fn(|i| {
             let (rays, theta) = (&circle.rays, turn(circle.angles[i]).map(|c| radius_arcsec * c));
             let d = Distortion::of_ray(&rays.jacobian[i], &rays.second_per_arcsec[i]);
@@ -128,7 +124,7 @@ impl RingAndDisc {
             let missed = halo.missed(|angle, halo| flat(OnRing::of_halo(halo).moments(turn(angle))));
             add(&mut moments, 1.0, std::array::from_fn(|k| Complex::new(missed[2 * k], missed[2 * k + 1])));
         }
-        moments[6] = mean_square(&traced.map(|ray| ray.gamma), circle).into();
+        moments[6] = mean_square(&traced.map(|ray| ray.gamma), &circle).into();
         Self::of_moments(radius_arcsec, moments)
     }
 }

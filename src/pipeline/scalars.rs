@@ -71,9 +71,9 @@ impl SightScalars {
         // Haloes at the lens's redshift are part of the lens.
         let outside = &sight.without_plane_at(z_lens)?;
         let beside = [[theta_e, 0.0], [0.0, theta_e]];
-        let (whole, circle) = sight.near_axis_and_circle(z_lens, beside, theta_e)?;
+        let near = outside.near_axis(z_lens, beside)?;
         let number_in_lens_plane = sight.len() - outside.len();
-        let near = if number_in_lens_plane == 0 { whole } else { outside.near_axis(z_lens, beside)? };
+        let whole = if number_in_lens_plane == 0 { near } else { sight.near_axis(z_lens, beside)? };
         let lens_centre_arcsec = whole.od.beta_arcsec;
         let [right, above] = &whole.beside;
         Ok(Self {
@@ -82,7 +82,7 @@ impl SightScalars {
             effective: EffectiveLineOfSight::of_rays(&near, sight.slope_per_reduced_deflection(z_lens)?)?,
             ring: ring_of(config, outside, lens_centre_arcsec)?,
             variation: ShearVariation::of_jacobians([&whole.os.jacobian, &right.jacobian, &above.jacobian]),
-            averages: RingAndDisc::of_circle(&circle, theta_e),
+            averages: RingAndDisc::of_sight(sight, theta_e),
             axis_ray_arcsec: axis_ray(config, sight),
             lens_centre_arcsec,
             source_centre_arcsec: whole.os.beta_arcsec,

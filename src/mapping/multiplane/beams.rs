@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::circle::RAYS;
+use super::circle::{RAYS, turn};
 use super::line_of_sight::LineOfSight;
-use super::recursion::{BLOCK, FEW, FewRays, TWICE_FEW, Travel, TwiceFewRays};
+use super::recursion::{BLOCK, FewRays, RaysTogether};
 use crate::error::{Error, Result};
 
 /// Jacobians (a_xx, a_xy, a_yx, a_yy) of one beam: observer to lens, observer to source, lens to source.
@@ -46,12 +46,7 @@ impl LineOfSight {
                 rays.through::<1>(farther);
                 rays.advance::<1>(chi_source);
             }
-            let beam = |i: usize| Beam {
-                od: at_lens.jacobian(i, chi),
-                os: through.jacobian(i, chi_source),
-                ds: behind.jacobian(i, chi_source - chi),
-            };
-            (0..theta.len()).map(beam).collect()
+            (0..theta.len()).map(|i| beam(i, [&at_lens, &through, &behind], chi, chi_source)).collect()
         };
         Ok(theta_arcsec.par_chunks(BLOCK).map(block).collect::<Vec<_>>().concat())
     }
@@ -75,24 +70,21 @@ impl LineOfSight {
             radius_arcsec * if d < chi { 1.0 } else { chi * (chi_source - d) / (d * (chi_source - chi)) }
         };
         let nearby = self.nearby(radius);
-        let mut through = FewRays::start(0.0, [0.0; 2], [0.0; 2], &nearby.directions(radius_arcsec));
-        let nearer = self.through_meeting::<1, FEW>(&mut through, 0, 0..behind_lens, &nearby);
+        let theta = nearby.angles.map(|angle| turn(angle).map(|c| radius_arcsec * c));
+        let mut through = FewRays::start(0.0, [0.0; 2], [0.0; 2], &theta);
+        let nearer = self.through_meeting::<1>(&mut through, 0..behind_lens, &nearby);
         through.advance::<1>(chi);
         let at_lens = through.clone();
         let origin = self.origin(chi).direction_arcsec();
         through.turn(f, |at| [0, 1].map(|c| at[c] / chi - origin[c] - centre_arcsec[c]));
-        let mut both = TwiceFewRays::of(&through, &through.starting_here(RAYS));
-        let farther =
-            self.through_meeting::<1, TWICE_FEW>(&mut both, 0, behind_lens..self.planes.len(), &nearby);
-        both.advance::<1>(chi_source);
+        let mut behind = through.starting_here(RAYS);
+        let farther = self.through_meeting::<1>(&mut through, behind_lens..self.planes.len(), &nearby);
+        behind.through::<1>(&self.planes[behind_lens..]);
+        through.advance::<1>(chi_source);
+        behind.advance::<1>(chi_source);
         let mut mean = Beam { od: [0.0; 4], os: [0.0; 4], ds: [0.0; 4] };
         for i in 0..RAYS {
-            let ray = Beam {
-                od: at_lens.jacobian(i, chi),
-                os: both.jacobian(i, chi_source),
-                ds: both.jacobian(FEW + i, chi_source - chi),
-            };
-            mean.add(&ray, [1.0 / RAYS as f64; 3]);
+            mean.add(&beam(i, [&at_lens, &through, &behind], chi, chi_source), [1.0 / RAYS as f64; 3]);
         }
         for meeting in nearer.iter().chain(&farther) {
             let [xx, xy, yy] = meeting.missed(|_, halo| halo.hessian);
@@ -112,5 +104,20 @@ impl Beam {
         for ((sum, part), times) in parts.into_iter().zip(times) {
             sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += times * part);
         }
+    }
+}
+
+/// Beam `i` of rays at the lens, at the source, and at the source with derivatives by the slope at the lens.
+fn beam<const N: usize>(
+    i: usize,
+    [at_lens, through, behind]: [&RaysTogether<N>; 3],
+    chi: f64,
+    chi_source: f64,
+) -> Beam {
+    let jacobian = |rays: &RaysTogether<N>, length: f64| rays.by_theta.dx.each_ref().map(|c| c[i] / length);
+    Beam {
+        od: jacobian(at_lens, chi),
+        os: jacobian(through, chi_source),
+        ds: jacobian(behind, chi_source - chi),
     }
 }

@@ -113,7 +113,7 @@ impl GeneralMultiPlane {
             rays.through_lens::<1>(in_front, 1);
         }
         rays.advance::<1>(chi_end);
-        let bundle = rays.bundle::<1>(0..1, [0.0; 2], chi_end);
+        let bundle = rays.bundle::<1>(1, [0.0; 2], chi_end);
         (bundle.beta_arcsec[0], bundle.jacobian[0])
     }
 }

@@ -12,7 +12,7 @@ use nalgebra::Complex;
 use super::kick::{Distortion, Kick};
 use super::line_of_sight::LineOfSight;
 use super::plane::Plane;
-use super::recursion::{FEW, FewRays, RaysTogether, Travel};
+use super::recursion::{FEW, FewRays};
 use crate::mapping::RayBundle;
 use crate::numerics::circle_rule;
 
@@ -48,18 +48,6 @@ pub(super) struct Nearby {
     /// Indices of planes, ascending.
     planes: Vec<usize>,
     pub angles: [f64; RAYS],
-}
-
-impl Nearby {
-    /// No haloes.
-    pub(super) fn none() -> Self {
-        Self { planes: Vec::new(), angles: angles_from(0.0) }
-    }
-
-    /// Directions of the rays of a circle of that radius.
-    pub(super) fn directions(&self, radius_arcsec: f64) -> [[f64; 2]; RAYS] {
-        self.angles.map(|angle| turn(angle).map(|c| radius_arcsec * c))
-    }
 }
 
 /// What a halo alone does to a ray, reduced to the source.
@@ -188,22 +176,12 @@ impl LineOfSight {
     /// A circle of that radius about the axis, traced from observer to source.
     pub(crate) fn circle(&self, radius_arcsec: f64) -> Circle {
         let nearby = self.nearby(|_| radius_arcsec);
-        let mut rays = FewRays::start(0.0, [0.0; 2], [0.0; 2], &nearby.directions(radius_arcsec));
-        let near = self.through_meeting::<2, FEW>(&mut rays, 0, 0..self.planes.len(), &nearby);
+        let theta = nearby.angles.map(|angle| turn(angle).map(|c| radius_arcsec * c));
+        let mut rays = FewRays::start(0.0, [0.0; 2], [0.0; 2], &theta);
+        let near = self.through_meeting::<2>(&mut rays, 0..self.planes.len(), &nearby);
         rays.advance::<2>(self.chi_source_cmpc);
-        self.traced_circle(&rays, 0, nearby, near)
-    }
-
-    /// A circle of the rays from `first` on of a block that has come to the source.
-    pub(super) fn traced_circle<const N: usize>(
-        &self,
-        rays: &RaysTogether<N>,
-        first: usize,
-        nearby: Nearby,
-        near: Vec<Meeting>,
-    ) -> Circle {
         let origin = self.origin(self.chi_source_cmpc).x;
-        let rays = rays.bundle::<2>(first..first + RAYS, origin, self.chi_source_cmpc);
+        let rays = rays.bundle::<2>(RAYS, origin, self.chi_source_cmpc);
         Circle { angles: nearby.angles, rays, near }
     }
 
@@ -237,17 +215,13 @@ impl LineOfSight {
         Nearby { planes, angles: best.0 }
     }
 
-    /// Carries rays through planes and notes where those of a circle, from `first` on, meet the haloes near it.
-    pub(super) fn through_meeting<const ORDER: usize, const N: usize>(
+    /// Carries the rays of a circle through planes and notes where they meet the haloes near it.
+    pub(super) fn through_meeting<const ORDER: usize>(
         &self,
-        rays: &mut RaysTogether<N>,
-        first: usize,
+        rays: &mut FewRays,
         planes: Range<usize>,
         nearby: &Nearby,
-    ) -> Vec<Meeting>
-    where
-        RaysTogether<N>: Travel,
-    {
+    ) -> Vec<Meeting> {
         let (mut meetings, mut next) = (Vec::new(), planes.start);
         for &i in nearby.planes.iter().filter(|i| planes.contains(i)) {
             let plane = &self.planes[i];
@@ -255,8 +229,7 @@ impl LineOfSight {
             rays.advance::<ORDER>(plane.chi_cmpc);
             next = i;
             let place = |ray: usize| {
-                let at = rays.position(first + ray);
-                let [x, y] = [0, 1].map(|c| at[c] * plane.inv_chi - plane.centre_arcsec[c]);
+                let [x, y] = [0, 1].map(|c| rays.x[c][ray] * plane.inv_chi - plane.centre_arcsec[c]);
                 Complex::new(x, y)
             };
             let places = std::array::from_fn(place);

@@ -60,7 +60,7 @@ impl GeneralMultiPlane {
                 rays.through_lens::<ORDER>(plane, theta.len());
             }
             rays.advance::<ORDER>(self.chi_source_cmpc);
-            rays.bundle::<ORDER>(0..theta.len(), [0.0; 2], self.chi_source_cmpc)
+            rays.bundle::<ORDER>(theta.len(), [0.0; 2], self.chi_source_cmpc)
         })
     }
 }

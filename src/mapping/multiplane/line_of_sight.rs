@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::axis::{Axis, Reference, State};
 use super::plane::{LensPlane, Plane, Sheets, sorted_planes};
-use super::recursion::{BLOCK, RayBlock, Travel};
+use super::recursion::{BLOCK, RayBlock};
 use super::segment::Segment;
 use crate::cosmology::Background;
 use crate::error::{Domain, Error, Result};
@@ -266,7 +266,7 @@ impl LineOfSight {
             rays.through::<ORDER>(farther);
             rays.advance::<ORDER>(self.chi_source_cmpc);
             monitor.advance(x.len() as u64);
-            Ok(rays.bundle::<ORDER>(0..x.len(), end, self.chi_source_cmpc))
+            Ok(rays.bundle::<ORDER>(x.len(), end, self.chi_source_cmpc))
         };
         RayBundle::joined(x.par_chunks(BLOCK).zip(slope.par_chunks(BLOCK)).map(block).collect())
     }

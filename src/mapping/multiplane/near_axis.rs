@@ -1,8 +1,7 @@
 //! The axis ray and two beside it, with all derivatives that tensors and flexions need, in one pass through the planes.
 
-use super::circle::{Circle, Meeting, Nearby};
 use super::line_of_sight::LineOfSight;
-use super::recursion::{FEW, RaysTogether, TWICE_FEW, Travel};
+use super::recursion::{FEW, FewRays, RaysTogether};
 use crate::error::{Error, Result};
 
 /// Jacobian (a_xx, a_xy, a_yx, a_yy) and b_ijk = ∂²β_i/∂θ_j∂θ_k per arcsec of one ray, and where it comes from.
@@ -48,47 +47,14 @@ impl LineOfSight {
     /// # Errors
     /// When the lens is not between observer and source.
     pub fn near_axis(&self, z_lens: f64, beside: [[f64; 2]; 2]) -> Result<NearAxis> {
-        let (near, ..) = self.near_axis_among::<FEW>(z_lens, beside, &[], &Nearby::none())?;
-        Ok(near)
-    }
-
-    /// The same and a circle about the axis, as [`Self::circle`] has it, all in one pass through the planes.
-    ///
-    /// # Errors
-    /// As [`Self::near_axis`].
-    pub(crate) fn near_axis_and_circle(
-        &self,
-        z_lens: f64,
-        beside: [[f64; 2]; 2],
-        radius_arcsec: f64,
-    ) -> Result<(NearAxis, Circle)> {
-        let nearby = self.nearby(|_| radius_arcsec);
-        let directions = nearby.directions(radius_arcsec);
-        let (near, rays, met) = self.near_axis_among::<TWICE_FEW>(z_lens, beside, &directions, &nearby)?;
-        Ok((near, self.traced_circle(&rays, FEW, nearby, met)))
-    }
-
-    /// The rays near the axis with others beside them in a block, from [`FEW`] on: those, at the source, and what they met.
-    fn near_axis_among<const N: usize>(
-        &self,
-        z_lens: f64,
-        beside: [[f64; 2]; 2],
-        others: &[[f64; 2]],
-        nearby: &Nearby,
-    ) -> Result<(NearAxis, RaysTogether<N>, Vec<Meeting>)>
-    where
-        RaysTogether<N>: Travel,
-    {
         let (chi_lens, chi_source) = (self.distance(z_lens)?, self.chi_source_cmpc);
         if chi_lens >= chi_source {
             return Err(Error::out_of_range("z_lens", z_lens, "below z_source"));
         }
-        let behind_lens = self.planes.partition_point(|plane| plane.chi_cmpc < chi_lens);
-        let mut theta = vec![[0.0; 2]; FEW];
-        (theta[BESIDE[0]], theta[BESIDE[1]]) = (beside[0], beside[1]);
-        theta.extend(others);
-        let mut rays = RaysTogether::<N>::start(0.0, [0.0; 2], [0.0; 2], &theta);
-        let mut met = self.through_meeting::<2, N>(&mut rays, FEW, 0..behind_lens, nearby);
+        let (nearer, farther) =
+            self.planes.split_at(self.planes.partition_point(|plane| plane.chi_cmpc < chi_lens));
+        let mut rays = FewRays::start(0.0, [0.0; 2], [0.0; 2], &[[0.0; 2], beside[0], beside[1], [0.0; 2]]);
+        rays.through::<2>(nearer);
         let mut stopped = rays.clone();
         stopped.advance::<2>(chi_lens);
         let at_lens = self.origin(chi_lens);
@@ -98,25 +64,24 @@ impl LineOfSight {
             stopped.by_theta.ds[0][i] += 1.0;
             stopped.by_theta.ds[3][i] += 1.0;
         }
-        // A stop divides a step in two, which rounds otherwise: the first three rays and the others make it in one.
-        let next = self.planes.get(behind_lens).map_or(chi_source, |plane| plane.chi_cmpc);
+        // A stop divides a step in two, which rounds otherwise: the first three rays make it in one.
+        let next = farther.first().map_or(chi_source, |plane| plane.chi_cmpc);
         rays.advance::<2>(next);
         stopped.advance::<2>(next);
-        (STOPPED..FEW).for_each(|i| rays.take(i, &stopped, i));
-        met.extend(self.through_meeting::<2, N>(&mut rays, FEW, behind_lens..self.planes.len(), nearby));
+        (STOPPED..FEW).for_each(|i| rays.take(i, &stopped));
+        rays.through::<2>(farther);
         rays.advance::<2>(chi_source);
         let origin = self.origin(chi_source).x;
         let length = chi_source - chi_lens;
         let second = |i: usize, c: usize| rays.by_theta.d2x[c][i] / chi_source;
         let mixed = |c| 0.5 * (second(KICKED, c) - second(STOPPED, c) - second(FROM_LENS, c));
-        let near = NearAxis {
+        Ok(NearAxis {
             od,
             os: of(&rays, AXIS, origin, chi_source),
             ds: of(&rays, FROM_LENS, rays.position(FROM_LENS), length),
             mixed_per_arcsec: std::array::from_fn(mixed),
             beside: BESIDE.map(|i| of(&rays, i, origin, chi_source)),
-        };
-        Ok((near, rays, met))
+        })
     }
 }
 
@@ -183,22 +148,6 @@ mod tests {
                     }
                 }
             }
-        }
-    }
-
-    #[test]
-    fn a_circle_beside_them_changes_no_bit_of_either() {
-        for (number, z_lens) in [(0, 0.5), (60, 0.5), (61, 1.4999), (40, 0.01)] {
-            let sight = LineOfSight::new(&haloes(number), &Sheets::OnAxis).unwrap();
-            let beside = [[1.0, 0.0], [0.0, 1.3]];
-            let (near, circle) = sight.near_axis_and_circle(z_lens, beside, 2.0).unwrap();
-            assert_eq!(near, sight.near_axis(z_lens, beside).unwrap());
-            let alone = sight.circle(2.0);
-            assert_eq!((circle.angles, circle.rays), (alone.angles, alone.rays));
-            let met = |near: &[Meeting]| -> Vec<[f64; 2]> {
-                near.iter().map(|meeting| meeting.to_ray(3).deflection_arcsec).collect()
-            };
-            assert_eq!(met(&circle.near), met(&alone.near));
         }
     }
 

@@ -4,8 +4,6 @@
 //! x ← x + Δχ·s, s ← s − f·α; X ← X + Δχ·S, S ← S − (f/χ)·H·X;
 //! X₂ ← X₂ + Δχ·S₂, S₂ ← S₂ − (f/χ)[H·X₂ + T:(X,X)/χ].
 
-use std::ops::Range;
-
 use super::kick::{Distortion, Kick, Kicked};
 use super::plane::{LensPlane, Plane};
 use crate::mapping::RayBundle;
@@ -19,21 +17,10 @@ pub(super) const BLOCK: usize = 48;
 /// Rays of a small block: one takes a fifth of the time of a large one.
 pub(super) const FEW: usize = 8;
 
-/// Rays of two small blocks: while one waits for its results the other works, in little more time than one takes.
-pub(super) const TWICE_FEW: usize = 2 * FEW;
-
 /// Many rays that travel together.
 pub(super) type RayBlock = RaysTogether<BLOCK>;
 /// A few rays that travel together.
 pub(super) type FewRays = RaysTogether<FEW>;
-/// Two few rays that travel together.
-pub(super) type TwiceFewRays = RaysTogether<TWICE_FEW>;
-
-/// Blocks of rays whose loops are compiled.
-pub(super) trait Travel {
-    /// On through halo planes; a few rays always with derivatives.
-    fn through<const ORDER: usize>(&mut self, planes: &[Plane]);
-}
 
 /// State of a block of rays at comoving distance `chi_cmpc`, its lanes on cache lines.
 #[derive(Clone)]
@@ -116,10 +103,10 @@ impl<const N: usize> RaysTogether<N> {
         d2x.iter_mut().chain(d2s).for_each(|lanes| lanes[i] = 0.0);
     }
 
-    /// Ray `i` becomes ray `k` of another block at the same distance.
-    pub fn take<const M: usize>(&mut self, i: usize, other: &RaysTogether<M>, k: usize) {
-        let pairs = |own: &mut [[f64; N]], others: &[[f64; M]]| {
-            own.iter_mut().zip(others).for_each(|(own, others)| own[i] = others[k]);
+    /// Ray `i` becomes that of another block at the same distance.
+    pub fn take(&mut self, i: usize, other: &Self) {
+        let pairs = |own: &mut [[f64; N]], others: &[[f64; N]]| {
+            own.iter_mut().zip(others).for_each(|(own, others)| own[i] = others[i]);
         };
         pairs(&mut self.x, &other.x);
         pairs(&mut self.s, &other.s);
@@ -169,37 +156,26 @@ impl<const N: usize> RaysTogether<N> {
         [self.x[0][i], self.x[1][i]]
     }
 
-    /// Jacobian (a_xx, a_xy, a_yx, a_yy) of ray `i`, ∂x/∂θ over a length.
-    pub fn jacobian(&self, i: usize, length_cmpc: f64) -> [f64; 4] {
-        self.by_theta.dx.each_ref().map(|lanes| lanes[i] / length_cmpc)
-    }
-
     /// Slope of ray `i`, arcsec.
     pub fn slope(&self, i: usize) -> [f64; 2] {
         [self.s[0][i], self.s[1][i]]
     }
 
-    /// These rays as seen from the start: (x − `origin`)/`length_cmpc` and its derivatives.
+    /// The first `used` rays as seen from the start: (x − `origin`)/`length_cmpc` and its derivatives.
     ///
     /// A division, not the product with an inverse, lest empty space have a convergence of 1e-16.
-    pub fn bundle<const ORDER: usize>(
-        &self,
-        rays: Range<usize>,
-        origin: [f64; 2],
-        length_cmpc: f64,
-    ) -> RayBundle {
+    pub fn bundle<const ORDER: usize>(&self, used: usize, origin: [f64; 2], length_cmpc: f64) -> RayBundle {
         let position = |i: usize| [0, 1].map(|c| (self.x[c][i] - origin[c]) / length_cmpc);
-        let mut bundle =
-            RayBundle { beta_arcsec: rays.clone().map(position).collect(), ..RayBundle::default() };
+        let mut rays = RayBundle { beta_arcsec: (0..used).map(position).collect(), ..RayBundle::default() };
         if ORDER >= 1 {
-            let jacobian = |i: usize| std::array::from_fn(|c| self.by_theta.dx[c][i] / length_cmpc);
-            bundle.jacobian = rays.clone().map(jacobian).collect();
+            rays.jacobian =
+                (0..used).map(|i| std::array::from_fn(|c| self.by_theta.dx[c][i] / length_cmpc)).collect();
         }
         if ORDER >= 2 {
-            let second = |i: usize| std::array::from_fn(|c| self.by_theta.d2x[c][i] / length_cmpc);
-            bundle.second_per_arcsec = rays.map(second).collect();
+            rays.second_per_arcsec =
+                (0..used).map(|i| std::array::from_fn(|c| self.by_theta.d2x[c][i] / length_cmpc)).collect();
         }
-        bundle
+        rays
     }
 
     /// On to the plane of a lens and through it, ray by ray.
@@ -264,8 +240,9 @@ impl Carry {
     }
 }
 
-impl Travel for RayBlock {
-    fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
+impl RayBlock {
+    /// On through halo planes.
+    pub fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
         match ORDER {
             0 => trace_positions(self, planes),
             1 => trace_jacobians(self, planes),
@@ -274,33 +251,13 @@ impl Travel for RayBlock {
     }
 }
 
-impl Travel for FewRays {
-    fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
+impl FewRays {
+    /// On through halo planes, with first derivatives or with second ones.
+    pub fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
         match ORDER {
-            0 | 1 => trace_few_jacobians(self, planes),
+            1 => trace_few_jacobians(self, planes),
             _ => trace_few_second_derivatives(self, planes),
         }
-    }
-}
-
-impl Travel for TwiceFewRays {
-    fn through<const ORDER: usize>(&mut self, planes: &[Plane]) {
-        match ORDER {
-            0 | 1 => trace_twice_few_jacobians(self, planes),
-            _ => trace_twice_few_second_derivatives(self, planes),
-        }
-    }
-}
-
-impl TwiceFewRays {
-    /// Two blocks at the same distance, one after the other.
-    pub fn of(first: &FewRays, second: &FewRays) -> Self {
-        let mut both = Self::start(first.chi_cmpc, [0.0; 2], [0.0; 2], &[[0.0; 2]]);
-        for i in 0..FEW {
-            both.take(i, first, i);
-            both.take(FEW + i, second, i);
-        }
-        both
     }
 }
 
@@ -419,17 +376,5 @@ kernel! {
 kernel! {
     fn trace_few_second_derivatives(rays: &mut FewRays, planes: &[Plane]) {
         trace::<2, FEW>(rays, planes);
-    }
-}
-
-kernel! {
-    fn trace_twice_few_jacobians(rays: &mut TwiceFewRays, planes: &[Plane]) {
-        trace::<1, TWICE_FEW>(rays, planes);
-    }
-}
-
-kernel! {
-    fn trace_twice_few_second_derivatives(rays: &mut TwiceFewRays, planes: &[Plane]) {
-        trace::<2, TWICE_FEW>(rays, planes);
     }
 }

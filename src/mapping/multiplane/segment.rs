@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::axis::{Axis, Reference};
 use super::delay::Ray;
 use super::plane::{LensPlane, Plane};
-use super::recursion::{BLOCK, RayBlock, Travel};
+use super::recursion::{BLOCK, RayBlock};
 use super::span::Span;
 use crate::error::Result;
 use crate::mapping::{Mapping, Order, RayBundle};
@@ -95,7 +95,7 @@ impl Segment {
     ) -> Result<RayBundle> {
         let length_cmpc = self.span.length_cmpc();
         RayBundle::in_blocks(theta, BLOCK, monitor, |theta| {
-            self.to_end::<ORDER>(theta).bundle::<ORDER>(0..theta.len(), self.span.x_axis_end, length_cmpc)
+            self.to_end::<ORDER>(theta).bundle::<ORDER>(theta.len(), self.span.x_axis_end, length_cmpc)
         })
     }
 

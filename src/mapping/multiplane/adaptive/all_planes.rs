@@ -6,7 +6,7 @@ use super::outline::{Outline, outline_through};
 use super::phase_space::Rows;
 use super::sample::{Met, RAYS, ROW_NODES, Sample, SampledPlane, rays, row_nodes};
 use crate::mapping::multiplane::plane::Plane;
-use crate::mapping::multiplane::recursion::{BLOCK, RayBlock, Travel};
+use crate::mapping::multiplane::recursion::{BLOCK, RayBlock};
 use crate::mapping::multiplane::segment::Segment;
 use crate::mapping::multiplane::span::Span;
 

@@ -6,7 +6,7 @@ use crate::mapping::multiplane::adaptive::field::Field;
 use crate::mapping::multiplane::adaptive::sample::spread_over;
 use crate::mapping::multiplane::axis::State;
 use crate::mapping::multiplane::plane::LensPlane;
-use crate::mapping::multiplane::recursion::{BLOCK, Travel};
+use crate::mapping::multiplane::recursion::BLOCK;
 use crate::mapping::multiplane::segment::Segment;
 use crate::mapping::multiplane::span::Span;
 

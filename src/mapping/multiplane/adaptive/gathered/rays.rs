@@ -57,7 +57,7 @@ fn trace<const ORDER: usize>(gathered: &Gathered, theta: &[[f64; 2]]) -> (RayBun
     }
     rays.carry::<ORDER>(carry_to_end, span.chi_end_cmpc);
     let origin = [0, 1].map(|c| span.x_axis_end[c] - reference_end[c]);
-    let bundle = rays.bundle::<ORDER>(0..used, origin, span.length_cmpc());
+    let bundle = rays.bundle::<ORDER>(used, origin, span.length_cmpc());
     let is_inside = |(reach, beta): (&f64, &[f64; 2])| *reach <= 1.0 && beta.iter().all(|b| b.is_finite());
     let is_refused = reach.iter().zip(&bundle.beta_arcsec).map(|both| !is_inside(both)).collect();
     (bundle, is_refused)
