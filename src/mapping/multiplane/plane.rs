@@ -72,11 +72,14 @@ impl LensPlane {
 
 /// Planes in order of distance (equal distances in catalogue order); sheets on the ray are still missing.
 pub(super) fn sorted_planes(haloes: &HaloCatalogue, chi_source_cmpc: f64, sheets: &Sheets) -> Vec<Plane> {
-    let mut order: Vec<(f64, usize)> = haloes.chi_cmpc.iter().copied().zip(0..).collect();
-    order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    // Distances, which are positive, are ordered as their bits; whole numbers are sorted several times as fast as pairs.
+    let mut order: Vec<u128> =
+        haloes.chi_cmpc.iter().zip(0..).map(|(chi, i)| u128::from(chi.to_bits()) << 64 | i).collect();
+    order.sort_unstable();
     let mut planes: Vec<Plane> = order
         .into_par_iter()
-        .map(|(chi, i)| {
+        .map(|place| {
+            let (chi, i) = (f64::from_bits((place >> 64) as u64), place as u64 as usize);
             let f = chi_source_cmpc / (chi_source_cmpc - chi);
             let r_s = resolved_scale_radius(haloes.r_s_arcsec[i]);
             let mut plane = Plane {
