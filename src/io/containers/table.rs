@@ -233,6 +233,7 @@ impl Table {
                 None => return Ok(Some(values)),
                 Some(row) => (row, format!("{} is not allowed; finite numbers only", values[row])),
             },
+            Values::Text(values) if values.is_empty() => return Ok(Some(&[])),
             Values::Text(values) => match values.iter().position(|text| text.parse::<f64>().is_err()) {
                 Some(row) if values[row].is_empty() => (row, "is empty; a number is wanted".into()),
                 Some(row) => (row, no_number(&values[row])),

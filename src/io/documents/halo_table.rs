@@ -244,6 +244,7 @@ mod tests {
         let all = read("1.5,0,1,1e12,8,1\n0.5,1,2,1e12,8,2\n3.5,2,1,1e12,8,3\n");
         assert_eq!(all, read("0.5,1,2,1e12,8,2\n"));
         assert_eq!(read("1.5,0,1,1e12,8,1\n").len(), 0);
+        assert_eq!(read("1.5,0,1,heavy,8,1\n").len(), 0);
     }
 
     #[test]
