@@ -231,6 +231,23 @@ fn tables_have_the_same_bytes_for_every_number_of_threads() {
 }
 
 #[test]
+fn a_ray_through_the_very_centre_of_a_halo_is_warned_of_and_one_that_is_bent_past_it_is_not() {
+    let folder = folder();
+    let head = "z,theta_x_arcsec,theta_y_arcsec,r_s_arcsec,alpha_rs_arcsec\n";
+    let (far, near) = ("0.9,1,2,3,0.5\n", "0.2,4,2,3,0.5\n");
+    fs::write(folder.path("points.csv"), "theta_x_arcsec,theta_y_arcsec\n0,0\n1,2\n").unwrap();
+    let warned = |rows: &str, order: u8| {
+        fs::write(folder.path("one.csv"), format!("{head}{rows}")).unwrap();
+        let trace = "trace --haloes one.csv --points points.csv --z-source 1.5 -o rays.csv --overwrite";
+        let output = folder.haloray(&format!("{trace} --order {order}"));
+        assert!(output.status.success());
+        String::from_utf8_lossy(&output.stderr).contains("1 ray meets the centre of a lens (row 2 first)")
+    };
+    assert!(warned(far, 1) && warned(far, 2));
+    assert!(!warned(far, 0) && !warned(&format!("{far}{near}"), 1));
+}
+
+#[test]
 fn a_table_of_no_haloes_is_written_but_not_traced() {
     let folder = folder();
     fs::write(folder.path("none.toml"), SMALL.replace("1e-5", "1e9")).unwrap();

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use haloray::Result;
-use haloray::io::{Column, LensOfFile, Provenance, RAYS_GROUP, Table, read_lens_model, read_points};
+use haloray::io::{Column, Provenance, RAYS_GROUP, Table, read_lens_model, read_points};
 use haloray::mapping::Order;
 
 use crate::bars::Bars;
-use crate::centres::{points_on_centres, warn_of_centres};
+use crate::centres::warn_of_centres;
 use crate::output::check_file;
 use crate::settings::Cosmology;
 
@@ -43,7 +43,8 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     }
     let (theta, mapping) = (&points.theta_arcsec, model.lens.mapping());
     let rays = mapping.map(theta, Order::Jacobian);
-    warn_of_steep_centres(theta, &rays.jacobian, &model.lens);
+    let trace = |aside: &[[f64; 2]]| Ok(mapping.map(aside, Order::Jacobian).jacobian);
+    warn_of_centres(theta, &rays.jacobian, &model.lens.lens_centres_arcsec(), trace)?;
     let beta = |i: usize| rays.beta_arcsec.iter().map(|b| b[i]).collect();
     let mut columns = vec![
         Column::f64("beta_x_arcsec", Some("arcsec"), beta(0)),
@@ -62,18 +63,4 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
         crate::terminal::print(&format!("{} rays written to {}\n", theta.len(), args.output.display()));
     }
     Ok(())
-}
-
-/// Warns of points on lens centres where A a little aside is another: not those of a core, where it is the same.
-fn warn_of_steep_centres(theta: &[[f64; 2]], jacobian: &[[f64; 4]], lens: &LensOfFile) {
-    /// Far outside the floor of every profile, far inside every core that is one.
-    const ASIDE_ARCSEC: f64 = 1e-7;
-    const SAME: f64 = 1e-3;
-    let mut points = points_on_centres(theta, &lens.lens_centres_arcsec());
-    points.retain(|&i| {
-        let aside = [[theta[i][0] + ASIDE_ARCSEC, theta[i][1]]];
-        let there = lens.mapping().map(&aside, Order::Jacobian).jacobian[0];
-        !(0..4).all(|k| (there[k] - jacobian[i][k]).abs() <= SAME * (1.0 + there[k].abs()))
-    });
-    warn_of_centres(&points);
 }

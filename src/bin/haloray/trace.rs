@@ -14,7 +14,7 @@ use haloray::mapping::{Mapping, Order};
 use haloray::monitor::Monitor;
 
 use crate::bars::Bars;
-use crate::centres::{points_on_centres, warn_of_centres};
+use crate::centres::warn_of_centres;
 use crate::output::check_file;
 use crate::settings::{Cosmology, of_option, whole};
 use crate::sheets;
@@ -118,12 +118,13 @@ pub fn run(args: &Args, bars: &Bars) -> Result<()> {
     let field = Field::around(&points.theta_arcsec);
     let mapping = segment.adaptive(args.accuracy, field, points.theta_arcsec.len());
     let rays = mapping.trace(&points.theta_arcsec, order, monitor)?;
-    drop(task);
     if order != Order::Position && args.from_z.is_none() {
         let centres: Vec<[f64; 2]> =
             haloes.theta_x_arcsec.iter().zip(&haloes.theta_y_arcsec).map(|(&x, &y)| [x, y]).collect();
-        warn_of_centres(&points_on_centres(&points.theta_arcsec, &centres));
+        let trace = |aside: &[[f64; 2]]| Ok(mapping.trace(aside, Order::Jacobian, monitor)?.jacobian);
+        warn_of_centres(&points.theta_arcsec, &rays.jacobian, &centres, trace)?;
     }
+    drop(task);
     let mut table = ray_table(&points, &rays)?;
     if args.delay {
         let delays = bars.stage("arrival times", || segment.delay_days(&points.theta_arcsec));
