@@ -98,6 +98,11 @@ class Haloes:
         Haloes
             In the order of the rows; without those at or behind the source, which do nothing, with a warning.
 
+        Warns
+        -----
+        UserWarning
+            Masses that look like logarithms, concentrations of no halo, positions that look like RA and Dec.
+
         Raises
         ------
         InputError
