@@ -6,6 +6,7 @@ use crate::constants::{CRITICAL_DENSITY_MSUN_MPC3_PER_H0_SQUARED, SPEED_OF_LIGHT
 use crate::error::{Domain, Error, Result};
 use crate::numerics::dispatch::kernel;
 use crate::numerics::quadrature::{UnitRule, short_rule, unit_rule};
+use crate::numerics::real::sum_of_halves;
 
 /// The two numbers that fix a [`Background`], as a configuration file holds them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -207,15 +208,7 @@ fn mean_inverse_energy<const N: usize>(rule: &UnitRule<N>, omega_m: f64, u_high:
         let u3 = u * u * u;
         *term *= 1.0 / (omega_m + (1.0 - omega_m) * (u3 * u3)).sqrt();
     }
-    // Halves upon halves: sums side by side, each of few roundings.
-    let mut n = N;
-    while n > 1 {
-        n /= 2;
-        for i in 0..n {
-            terms[i] += terms[i + n];
-        }
-    }
-    terms[0]
+    sum_of_halves(terms)
 }
 
 impl TryFrom<BackgroundParameters> for Background {

@@ -189,16 +189,21 @@ impl Lanes {
     /// Sum over the lanes, in a fixed order.
     #[inline(always)]
     pub fn sum(self) -> f64 {
-        let mut parts = self.0;
-        let mut n = LANES;
-        while n > 1 {
-            n /= 2;
-            for i in 0..n {
-                parts[i] += parts[i + n];
-            }
-        }
-        parts[0]
+        sum_of_halves(self.0)
     }
+}
+
+/// The sum of a power of two of numbers: halves upon halves, sums side by side, each of few roundings.
+#[inline(always)]
+pub fn sum_of_halves<const N: usize>(mut parts: [f64; N]) -> f64 {
+    let mut n = N;
+    while n > 1 {
+        n /= 2;
+        for i in 0..n {
+            parts[i] += parts[i + n];
+        }
+    }
+    parts[0]
 }
 
 impl Real for Lanes {
