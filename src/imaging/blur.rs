@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use haloray_fourier::KernelTransform;
+
 use super::gaussian_blur;
-use super::kernel_transform::KernelTransform;
 use super::psf::Psf;
 
 /// Convolution with a PSF for models of images of one size; a user's kernel goes through Fourier transforms.

@@ -5,7 +5,6 @@ mod exposure;
 mod gaussian_blur;
 mod grid;
 mod instrument;
-mod kernel_transform;
 mod noise;
 mod pixels;
 mod psf;

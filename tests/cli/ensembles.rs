@@ -180,20 +180,20 @@ fn started(folder: &Folder, arguments: &str, bytes: u64) -> std::process::Child 
 #[test]
 fn whatever_interrupts_it_the_same_command_ends_with_the_same_bytes() {
     let folder = folder();
-    let command = "ensemble small.toml -n 24 -o cut --quiet";
-    succeeds(&folder, "ensemble small.toml -n 24 -o whole --quiet");
+    let command = "ensemble small.toml -n 300 -o cut --quiet";
+    succeeds(&folder, "ensemble small.toml -n 300 -o whole --quiet");
     let mut killed = started(&folder, command, 3000);
     killed.kill().unwrap();
     assert!(!killed.wait().unwrap().success());
     let status = succeeds(&folder, "status cut");
-    assert!(status.contains("of 24 sightlines, stopped"), "{status}");
+    assert!(status.contains("of 300 sightlines, stopped"), "{status}");
     let stopped = started(&folder, command, 9000);
     let id = stopped.id().to_string();
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
     let output = stopped.wait_with_output().unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{stderr}");
-    assert!(stderr.contains("to continue: ") && stderr.contains("ensemble small.toml -n 24"), "{stderr}");
+    assert!(stderr.contains("to continue: ") && stderr.contains("ensemble small.toml -n 300"), "{stderr}");
     let bytes = std::fs::metadata(folder.path(".cut.haloray-ensemble")).unwrap().len();
     assert!(bytes >= 9000);
     succeeds(&folder, command);

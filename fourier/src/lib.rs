@@ -1,4 +1,7 @@
 //! The Fourier transform of a kernel, and convolution and correlation of square models with it.
+//!
+//! A crate of its own, because what it takes from rustfft is generic and would else be compiled into each build of haloray's
+//! library: that for programs and that for its tests.
 
 use std::fmt;
 use std::sync::Arc;
@@ -11,7 +14,7 @@ use rustfft::{Fft, FftPlanner};
 ///
 /// Models are padded with zeros to `padded`² ≥ (side + radius)²: what wraps around falls outside the model. Spectra are kept
 /// column by column: kx from 0 to padded/2, ky along each.
-pub(super) struct KernelTransform {
+pub struct KernelTransform {
     side: usize,
     padded: usize,
     /// Of the kernel with its centre at the origin, over padded², which the transforms leave out.
@@ -30,7 +33,10 @@ impl fmt::Debug for KernelTransform {
 }
 
 impl KernelTransform {
-    /// Of `weights`, row-major (y, x), `width`² of them, `width` odd.
+    /// Of `weights`, row-major (y, x), `width`² of them, `width` odd, for models of `side`² pixels, `side` at least one.
+    ///
+    /// # Panics
+    /// When there are fewer weights.
     pub fn new(width: usize, weights: &[f64], side: usize) -> Self {
         // Weights farther from the centre than the model is wide meet none of its pixels.
         let radius = (width / 2).min(side - 1);
@@ -57,7 +63,7 @@ impl KernelTransform {
         kernel
     }
 
-    /// Hands each row y of the model convolved with the kernel to `take`.
+    /// Hands each row y of the model (row-major, `side`² pixels) convolved with the kernel to `take`.
     pub fn convolved(&self, model: &[f64], take: impl FnMut(usize, &[f64])) {
         let mut spectrum = self.spectrum_of(model, self.side);
         spectrum.iter_mut().zip(&self.spectrum).for_each(|(v, k)| *v *= k);
