@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::constants::{CRITICAL_DENSITY_MSUN_MPC3_PER_H0_SQUARED, SPEED_OF_LIGHT_KM_S};
 use crate::error::{Domain, Error, Result};
 use crate::numerics::dispatch::kernel;
-use crate::numerics::quadrature::{UnitRule, short_rule, unit_rule};
+use crate::numerics::quadrature::{SHORT_NODES, UnitRule, short_rule, unit_rule};
 use crate::numerics::real::sum_of_halves;
 
 /// The two numbers that fix a [`Background`], as a configuration file holds them.
@@ -100,6 +100,19 @@ impl Background {
         self.comoving_distance_between_mpc(0.0, z)
     }
 
+    /// Comoving distances from us to many redshifts ≥ 0, Mpc, each with the bits of [`Self::comoving_distance_mpc`].
+    pub fn comoving_distances_mpc(&self, z: &[f64]) -> Vec<f64> {
+        let widths: Vec<f64> = z.iter().map(|&z| width_to(z)).collect();
+        let mut means = widths.clone();
+        means_over_short_ranges(self.omega_m, &mut means);
+        let distance = |(&width, &mean): (&f64, &f64)| {
+            let integral =
+                if width <= SHORT_WIDTH { 2.0 * width * mean } else { self.distance_integral(1.0, width) };
+            self.hubble_distance_mpc() * integral
+        };
+        widths.iter().zip(&means).map(distance).collect()
+    }
+
     /// Comoving distance from `z1` to `z2`, Mpc; negative when `z2` < `z1`.
     pub fn comoving_distance_between_mpc(&self, z1: f64, z2: f64) -> f64 {
         let u1 = (1.0 + z1).sqrt().recip();
@@ -123,18 +136,6 @@ impl Background {
     ///
     /// Errors: `chi_mpc` negative, not a number, or at or beyond χ(z → ∞).
     pub fn redshift_at_comoving_distance(&self, chi_mpc: f64) -> Result<f64> {
-        let target = chi_mpc / self.hubble_distance_mpc();
-        self.redshift_from(chi_mpc, (0.5 * target).min(1.0 - f64::EPSILON))
-    }
-
-    /// As [`Self::redshift_at_comoving_distance`], from a guess: one step where its relative error is below 1e-6.
-    ///
-    /// Errors: as there.
-    pub fn redshift_near(&self, z_guess: f64, chi_mpc: f64) -> Result<f64> {
-        self.redshift_from(chi_mpc, width_to(z_guess.max(0.0)))
-    }
-
-    fn redshift_from(&self, chi_mpc: f64, mut width: f64) -> Result<f64> {
         // The integrand is 1 at least, and the horizon twice the Hubble distance.
         let is_near = (0.0..2.0 * self.hubble_distance_mpc()).contains(&chi_mpc);
         let horizon_mpc = || self.hubble_distance_mpc() * self.distance_integral(1.0, 1.0);
@@ -144,6 +145,7 @@ impl Background {
             return Err(Error::out_of_range("comoving distance in Mpc", chi_mpc, &allowed));
         }
         let target = chi_mpc / self.hubble_distance_mpc();
+        let mut width = (0.5 * target).min(1.0 - f64::EPSILON);
         for _ in 0..ITERATIONS_MAX {
             let excess = self.distance_integral(1.0, width) - target;
             let u = 1.0 - width;
@@ -184,12 +186,41 @@ fn width_to(z: f64) -> f64 {
 const ITERATIONS_MAX: usize = 12;
 /// A relative step after which the error is one of rounding.
 const STEP_BEFORE_ROUNDING: f64 = 4e-6;
+/// Distances that are computed side by side.
+const SIDE_BY_SIDE: usize = 16;
 /// Widths up to this take 16 nodes.
 const SHORT_WIDTH: f64 = 0.4;
 
 kernel! {
     fn mean_over_short_range(omega_m: f64, u_high: f64, width: f64) -> f64 {
         mean_inverse_energy(short_rule(), omega_m, u_high, width)
+    }
+}
+
+kernel! {
+    /// Replaces widths below 1 by the means over them, with the bits of `mean_over_short_range`, several side by side.
+    fn means_over_short_ranges(omega_m: f64, widths: &mut [f64]) {
+        let rule = short_rule();
+        for widths in widths.chunks_mut(SIDE_BY_SIDE) {
+            let mut width = [0.0; SIDE_BY_SIDE];
+            width[..widths.len()].copy_from_slice(widths);
+            let mut terms = [[0.0; SIDE_BY_SIDE]; SHORT_NODES];
+            for ((terms, node), weight) in terms.iter_mut().zip(&rule.nodes).zip(&rule.weights) {
+                for (term, width) in terms.iter_mut().zip(&width) {
+                    *term = weight * inverse_energy(omega_m, 1.0 - width * node);
+                }
+            }
+            // As `sum_of_halves` adds.
+            let mut n = SHORT_NODES;
+            while n > 1 {
+                n /= 2;
+                let (sums, others) = terms.split_at_mut(n);
+                for (sums, others) in sums.iter_mut().zip(others) {
+                    sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += *other);
+                }
+            }
+            widths.copy_from_slice(&terms[0][..widths.len()]);
+        }
     }
 }
 
@@ -204,11 +235,16 @@ kernel! {
 fn mean_inverse_energy<const N: usize>(rule: &UnitRule<N>, omega_m: f64, u_high: f64, width: f64) -> f64 {
     let mut terms = rule.weights;
     for (term, node) in terms.iter_mut().zip(&rule.nodes) {
-        let u = u_high - width * node;
-        let u3 = u * u * u;
-        *term *= 1.0 / (omega_m + (1.0 - omega_m) * (u3 * u3)).sqrt();
+        *term *= inverse_energy(omega_m, u_high - width * node);
     }
     sum_of_halves(terms)
+}
+
+/// 1/√(Ωm + (1−Ωm) u⁶).
+#[inline(always)]
+fn inverse_energy(omega_m: f64, u: f64) -> f64 {
+    let u3 = u * u * u;
+    1.0 / (omega_m + (1.0 - omega_m) * (u3 * u3)).sqrt()
 }
 
 impl TryFrom<BackgroundParameters> for Background {
@@ -257,6 +293,16 @@ mod tests {
         assert!((parts / background.comoving_distance_mpc(1.5) - 1.0).abs() < 1e-15);
         let back = background.comoving_distance_between_mpc(1.5, 0.5);
         assert!((back + background.comoving_distance_between_mpc(0.5, 1.5)).abs() < 1e-11);
+    }
+
+    #[test]
+    fn many_distances_have_the_bits_of_single_ones() {
+        for background in [Background::paper(), Background::new(80.0, 0.05).unwrap()] {
+            let z: Vec<f64> = (0..1003).map(|i| 1e-9 * 10f64.powf(0.011 * f64::from(i))).collect();
+            let single: Vec<f64> = z.iter().map(|&z| background.comoving_distance_mpc(z)).collect();
+            assert_eq!(background.comoving_distances_mpc(&z), single);
+        }
+        assert!(Background::paper().comoving_distances_mpc(&[]).is_empty());
     }
 
     #[test]

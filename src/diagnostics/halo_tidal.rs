@@ -39,8 +39,9 @@ pub struct JudgedHaloes {
 impl JudgedHaloes {
     /// Judges every halo where a ray meets its plane in the direction `ray(i)`, as [`HaloTidal::along`] would.
     ///
-    /// The shear of a round lens whose density falls outwards falls no faster than r⁻², so that |∂γ| ≤ √8|γ|/r, and with
-    /// x = θ_E/r a halo has Δ_h ≤ 4x/(1 − x)³. One of which twice that is below the threshold is not evaluated for it.
+    /// The shear of a round lens whose density falls outwards falls no faster than r⁻², and that of these haloes rises no faster than r², so that it
+    /// changes by 2|γ|/r at most in any direction; a step of θ_E = x r then changes it by |γ|[(1 − x)⁻² − 1] at most, and
+    /// Δ_h ≤ √2[(1 − x)⁻² − 1]. A halo of which that is below the threshold is not evaluated for it.
     ///
     /// # Errors
     /// As [`HaloTidal::of`].
@@ -50,11 +51,15 @@ impl JudgedHaloes {
         threshold: f64,
         ray: impl Fn(usize) -> [f64; 2] + Sync,
     ) -> crate::Result<Self> {
+        /// Roundings of Δ_h.
+        const MARGIN: f64 = 1.0 - 1e-6;
+        // Where the bound is the threshold: 1 − x = (1 + Δ/√2)^(−1/2).
+        let part = 1.0 - (1.0 + threshold / std::f64::consts::SQRT_2).sqrt().recip();
+        let beyond = (theta_e_arcsec / (part * MARGIN)).powi(2);
         let is_tidal = |i: usize| {
             let [x, y] = ray(i);
-            let distance = (haloes.theta_x_arcsec[i] - x).hypot(haloes.theta_y_arcsec[i] - y);
-            let part = theta_e_arcsec / distance;
-            if part < 0.5 && 8.0 * part < threshold * (1.0 - part).powi(3) {
+            let [dx, dy] = [haloes.theta_x_arcsec[i] - x, haloes.theta_y_arcsec[i] - y];
+            if dx * dx + dy * dy > beyond {
                 return Ok(true);
             }
             let variation = shear_variation(&haloes.profile(i)?, [x, y], theta_e_arcsec);
@@ -254,6 +259,12 @@ mod tests {
                 let all = HaloTidal::along(&haloes, theta_e, ray).unwrap();
                 assert_eq!(judged.kappa, all.kappa);
                 assert_eq!(judged.is_tidal, all.within(threshold));
+                for i in 0..haloes.len() {
+                    let [x, y] = [haloes.theta_x_arcsec[i] - 0.3, haloes.theta_y_arcsec[i] + 0.2];
+                    let part = (theta_e / x.hypot(y)).min(1.0);
+                    let bound = std::f64::consts::SQRT_2 * ((1.0 - part).powi(-2) - 1.0);
+                    assert!(all.delta[i] <= bound * (1.0 + 1e-6), "{i}: {} {bound}", all.delta[i]);
+                }
                 let tidal = judged.is_tidal.iter().filter(|is| **is).count();
                 assert!(tidal > 300 && tidal < haloes.len() - 300, "{tidal}");
             }

@@ -125,7 +125,7 @@ impl HaloCatalogue {
                 return Err(RowFault { row, column, value, allowed: format!("{domain}{why}") });
             }
         }
-        let chi_cmpc: Vec<f64> = z.par_iter().map(|&z| background.comoving_distance_mpc(z)).collect();
+        let chi_cmpc = background.comoving_distances_mpc(&z);
         let (r_s_arcsec, alpha_rs_arcsec, m200c_msun, c200c) = match masses {
             HaloMasses::Angles { r_s_arcsec, alpha_rs_arcsec } => (r_s_arcsec, alpha_rs_arcsec, None, None),
             HaloMasses::Physical { m200c_msun, c200c } => {

@@ -1,5 +1,7 @@
 //! A mass function on a grid, ready to be integrated and sampled.
 
+use crate::numerics::elementary::{LEAST_OF_LN_1P, exp, ln_1p};
+
 /// ln M grid of one mass function, log-linear between its points.
 ///
 /// In each cell n(x) = n_i·e^{g(x−x_i)}, x = ln M; number and mass integrals and their inverses are then exact.
@@ -84,7 +86,7 @@ impl MassTable {
     /// A mass drawn from n, by the uniform deviate `u` in [0, 1).
     #[inline]
     pub fn sample_msun(&self, u: f64) -> f64 {
-        self.number.inverse(self, u * self.number.total()).exp()
+        exp(self.number.inverse(self, u * self.number.total()))
     }
 
     /// A mass that [`MassTable::sample_msun`] does not exceed with this deviate, Msun: without a logarithm or exponential,
@@ -132,7 +134,7 @@ impl LimitedMasses<'_> {
         } else {
             table.number.inverse(table, table.number.total() - (light + heavy - target))
         };
-        x.exp()
+        exp(x)
     }
 }
 
@@ -212,6 +214,8 @@ impl Cumulative {
         let [growth, ln_growth] = self.growth[cell];
         if growth.abs() < 1e-8 {
             low + share * table.step
+        } else if growth > LEAST_OF_LN_1P {
+            low + table.step * ln_1p(share * growth) / ln_growth
         } else {
             low + table.step * (share * growth).ln_1p() / ln_growth
         }

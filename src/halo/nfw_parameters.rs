@@ -2,6 +2,7 @@
 
 use crate::constants::{ARCSEC_RAD, GM_SUN_OVER_C2_MPC};
 use crate::cosmology::Background;
+use crate::numerics::elementary::ln_1p;
 
 /// Turns (M200c, c200c, z) into (r_s, α_Rs) for one source.
 #[derive(Debug, Clone, Copy)]
@@ -24,7 +25,7 @@ impl NfwScaling {
         let rho_c = self.background.critical_density_msun_mpc3(z);
         let r200 = (3.0 * m200c_msun / (800.0 * std::f64::consts::PI * rho_c)).cbrt();
         let r_s = r200 / c200c;
-        let mu = c200c.ln_1p() - c200c / (1.0 + c200c);
+        let mu = ln_1p(c200c) - c200c / (1.0 + c200c);
         // 4ρ_0 r_s²·4πG/c² = 4·(GM/c²)/(r_s μ).
         let alpha_rad = 4.0 * GM_SUN_OVER_C2_MPC * m200c_msun / (r_s * mu)
             * (1.0 - std::f64::consts::LN_2)

@@ -173,7 +173,7 @@ impl Population {
             .sum()
     }
 
-    /// Redshift at comoving distance χ, by spline (1e-9); the haloes kept get theirs exactly.
+    /// Redshift at comoving distance χ, by spline (1e-9); haloes that are drawn have it, at the distance that belongs to it.
     pub fn redshift(&self, chi_cmpc: f64) -> f64 {
         self.redshift.value(chi_cmpc)
     }

@@ -83,7 +83,10 @@ pub fn half_ln_of_reduced<R: Real>(s: R, e: R) -> R {
     e * (0.5 * LN2_HIGH) + ((s + e * (0.5 * LN2_LOW)) + s * z * artanh_series(z))
 }
 
-/// ln(1 + x) for x ≥ 0, without loss where x is small.
+/// The least argument of [`ln_1p`], √½ − 1.
+pub const LEAST_OF_LN_1P: f64 = std::f64::consts::FRAC_1_SQRT_2 - 1.0;
+
+/// ln(1 + x) for x > √½ − 1, without loss where x is small.
 #[inline(always)]
 pub fn ln_1p<R: Real>(x: R) -> R {
     let sum = x + 1.0;

@@ -244,8 +244,7 @@ impl Sightlines {
     /// Redshifts, angles and concentrations of drawn haloes.
     fn catalogue(&self, drawn: DrawnHaloes, number: u64) -> Result<HaloCatalogue> {
         let background = &self.config.cosmology;
-        let redshift = |&chi: &f64| background.redshift_near(self.population.redshift(chi), chi);
-        let z: Vec<f64> = drawn.chi_cmpc.par_iter().map(redshift).collect::<Result<_>>()?;
+        let z: Vec<f64> = drawn.chi_cmpc.iter().map(|&chi| self.population.redshift(chi)).collect();
         let masses = &drawn.m200c_msun;
         let mut c200c: Vec<f64> = match &self.concentrations {
             Concentrations::Table(table) => masses.iter().map(|&m| table.concentration(m)).collect(),

@@ -1,7 +1,7 @@
 //! Stated bounds of elementary functions, quadrature, random streams, roots and splines.
 
 mod elementary {
-    use haloray::numerics::elementary::{arctan_series, exp, ln, ln_1p};
+    use haloray::numerics::elementary::{LEAST_OF_LN_1P, arctan_series, exp, ln, ln_1p};
 
     /// Two units in the last place: one from the polynomial, one from the additions.
     const RELATIVE: f64 = 4.5e-16;
@@ -28,6 +28,10 @@ mod elementary {
             if x.is_normal() {
                 assert!((ln_1p(x) / x.ln_1p() - 1.0).abs() < RELATIVE, "{x:e}");
             }
+        }
+        for i in 1..4000 {
+            let x = LEAST_OF_LN_1P * (1.0 - f64::from(i) * 2.5e-4);
+            assert!((ln_1p(x) / x.ln_1p() - 1.0).abs() < 2.0 * RELATIVE, "{x:e}");
         }
         assert_eq!(ln_1p(0.0), 0.0);
     }
