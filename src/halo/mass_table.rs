@@ -26,8 +26,18 @@ struct Cumulative {
     power: f64,
     at: Vec<f64>,
     guide: Vec<u32>,
-    /// By how much e^{g t} grows across each cell, and ln(1 + growth).
-    growth: Vec<[f64; 2]>,
+    cells: Vec<Cell>,
+}
+
+/// What the inverse needs of a cell, without a division.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    /// One over the integral across it.
+    per_number: f64,
+    /// By how much e^{g t} grows across it.
+    growth: f64,
+    /// 1/g = step/ln(1 + growth).
+    e_fold: f64,
 }
 
 impl MassTable {
@@ -146,24 +156,25 @@ fn exponential_integral(g: f64, d: f64) -> f64 {
 
 impl Cumulative {
     fn new(power: f64, start: f64, step: f64, density: &[f64]) -> Self {
-        let (mut at, mut growth) = (vec![0.0], Vec::new());
+        let (mut at, mut cells) = (vec![0.0], Vec::new());
         let mut sum = 0.0;
         for (i, pair) in density.windows(2).enumerate() {
             let g = (pair[1] / pair[0]).ln() / step + power;
             let weight = (power * (start + step * i as f64)).exp();
-            sum += pair[0] * weight * exponential_integral(g, step);
+            let number = pair[0] * weight * exponential_integral(g, step);
+            sum += number;
             at.push(sum);
-            let across = pair[1] / pair[0] * (power * step).exp() - 1.0;
-            growth.push([across, across.ln_1p()]);
+            let growth = pair[1] / pair[0] * (power * step).exp() - 1.0;
+            cells.push(Cell { per_number: number.recip(), growth, e_fold: step / growth.ln_1p() });
         }
-        let cells = at.len() - 1;
-        let guide = (0..cells)
+        let count = cells.len();
+        let guide = (0..count)
             .map(|j| {
-                let target = sum * j as f64 / cells as f64;
-                (at.partition_point(|v| *v <= target).clamp(1, cells) - 1) as u32
+                let target = sum * j as f64 / count as f64;
+                (at.partition_point(|v| *v <= target).clamp(1, count) - 1) as u32
             })
             .collect();
-        Self { power, at, guide, growth }
+        Self { power, at, guide, cells }
     }
 
     fn total(&self) -> f64 {
@@ -209,15 +220,15 @@ impl Cumulative {
             cell += 1;
         }
         let low = table.start + table.step * cell as f64;
-        let share = (target - self.at[cell]) / (self.at[cell + 1] - self.at[cell]);
+        let Cell { per_number, growth, e_fold } = self.cells[cell];
+        let share = (target - self.at[cell]) * per_number;
         // Invert ∫e^{gt}: t = ln(1 + share·(e^{g·step} − 1))/g.
-        let [growth, ln_growth] = self.growth[cell];
         if growth.abs() < 1e-8 {
             low + share * table.step
         } else if growth > LEAST_OF_LN_1P {
-            low + table.step * ln_1p(share * growth) / ln_growth
+            low + ln_1p(share * growth) * e_fold
         } else {
-            low + table.step * (share * growth).ln_1p() / ln_growth
+            low + (share * growth).ln_1p() * e_fold
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::ConcentrationRelation;
 use crate::cosmology::LinearTheory;
 use crate::error::{Domain, Result};
-use crate::numerics::elementary::exp;
+use crate::numerics::elementary::{exp, ln};
 use crate::numerics::spline::UniformSpline;
 
 /// Knot spacing in ln M, that of the σ(M) table.
@@ -54,7 +54,7 @@ impl ConcentrationTable {
     /// c at `mass_msun`; outside the tabulated range the end cubics continue.
     #[inline]
     pub fn concentration(&self, mass_msun: f64) -> f64 {
-        exp(self.ln_concentration.value(mass_msun.ln()))
+        exp(self.ln_concentration.value(ln(mass_msun)))
     }
 }
 
