@@ -39,9 +39,10 @@ pub struct JudgedHaloes {
 impl JudgedHaloes {
     /// Judges every halo where a ray meets its plane in the direction `ray(i)`, as [`HaloTidal::along`] would.
     ///
-    /// The shear of a round lens whose density falls outwards falls no faster than r⁻², and that of these haloes rises no faster than r², so that it
-    /// changes by 2|γ|/r at most in any direction; a step of θ_E = x r then changes it by |γ|[(1 − x)⁻² − 1] at most, and
-    /// Δ_h ≤ √2[(1 − x)⁻² − 1]. A halo of which that is below the threshold is not evaluated for it.
+    /// The shear of a round lens whose density falls outwards falls no faster than r⁻², and that of these haloes rises no
+    /// faster than r² (a test looks), so that it changes by 2|γ|/r at most in any direction; a step of θ_E = x r then changes
+    /// it by |γ|[(1 − x)⁻² − 1] at most, and Δ_h ≤ √2[(1 − x)⁻² − 1]. A halo of which that is below the threshold is not
+    /// evaluated for it.
     ///
     /// # Errors
     /// As [`HaloTidal::of`].
