@@ -89,6 +89,16 @@ impl ImageLikelihood {
         shorter
     }
 
+    /// The same without the pixels brighter than `flux_e_s`.
+    pub(in crate::inference) fn without_pixels_above(&self, flux_e_s: f64) -> Self {
+        let mut fainter = self.clone();
+        let observation = &mut fainter.observation;
+        for (used, flux) in observation.used.iter_mut().zip(&observation.data_e_s) {
+            *used &= *flux <= flux_e_s;
+        }
+        fainter
+    }
+
     /// Unit-amplitude images of the lights.
     fn lights(&self, at: &Evaluation) -> Vec<Vec<f64>> {
         at.fluxes(&self.mesh).iter().map(|fluxes| self.blur.convolve(fluxes)).collect()

@@ -98,8 +98,7 @@ impl CompiledModel {
         if free.is_empty() {
             return Err(Error::out_of_range("number of parameters with a prior", 0, "at least 1"));
         }
-        let simpler = description.with_one_power_law();
-        let simpler = simpler.and_then(|simpler| Self::compile(&simpler, haloes.clone()).ok());
+        let simpler = description.simpler().and_then(|simpler| Self::compile(&simpler, haloes.clone()).ok());
         Ok(Self {
             free,
             line_of_sight: los.model,
@@ -117,6 +116,13 @@ impl CompiledModel {
     /// The model whose fit prepares that of this one: one elliptical power law in place of several masses.
     pub(in crate::inference) fn simpler(&self) -> Option<&Self> {
         self.simpler.as_deref()
+    }
+
+    /// Whether the lens is made of the same masses.
+    pub(in crate::inference) fn has_the_lenses_of(&self, other: &Self) -> bool {
+        let is_same =
+            |(own, other): (&&Description<MassModel>, &&Description<MassModel>)| std::ptr::eq(*own, *other);
+        self.lenses.len() == other.lenses.len() && self.lenses.iter().zip(&other.lenses).all(is_same)
     }
 
     /// Number of amplitudes, one a light.

@@ -1,4 +1,5 @@
-//! The simpler model that prepares the fit of another: one elliptical power law in place of several masses.
+//! The simpler model that prepares the fit of another: one elliptical power law in place of several masses, a tidal line of
+//! sight in place of one with flexions.
 
 use super::description::{ModelDescription, ParameterRule, ProfileDescription};
 use super::slots::Part;
@@ -16,10 +17,26 @@ const POWER_LAW: [(&str, PriorShape); 6] = [
 ];
 
 impl ModelDescription {
+    /// The model whose best fit prepares that of this one, simpler by one step; `None` where there is nothing to simplify.
+    pub(super) fn simpler(&self) -> Option<Self> {
+        self.with_one_power_law().or_else(|| self.without_flexions())
+    }
+
+    /// The same with the flexions of the line of sight that are free at zero; `None` where none is.
+    fn without_flexions(&self) -> Option<Self> {
+        let mut simpler = self.clone();
+        for (name, rule) in &mut simpler.line_of_sight.parameters {
+            if name.starts_with(['F', 'G']) && matches!(rule, ParameterRule::Free(_)) {
+                *rule = ParameterRule::Fixed(0.0);
+            }
+        }
+        (simpler != *self).then_some(simpler)
+    }
+
     /// The same with one elliptical power law in place of the masses of the lens; `None` where the lens is a single mass.
     ///
     /// External fields stay. What was tied to a parameter of the lens takes over the rule of that parameter.
-    pub(super) fn with_one_power_law(&self) -> Option<Self> {
+    fn with_one_power_law(&self) -> Option<Self> {
         let is_field = |lens: &ProfileDescription| {
             let of_fields = |role: Role| matches!(role, Role::Field | Role::Centre);
             mass(&lens.profile).is_ok_and(|own| own.description.parameters.iter().all(|p| of_fields(p.role)))
@@ -68,6 +85,23 @@ mod tests {
         assert_eq!(simpler.line_of_sight, composite.line_of_sight);
         assert!(CompiledModel::new(&simpler).is_ok());
         assert!(simpler.with_one_power_law().is_none());
+    }
+
+    #[test]
+    fn free_flexions_are_left_out_after_masses_have_become_one() {
+        let flexion = ModelDescription::built_in("tidal-flexion").unwrap();
+        let model = CompiledModel::new(&flexion).unwrap();
+        let tidal = CompiledModel::new(&ModelDescription::built_in("tidal-minimal").unwrap()).unwrap();
+        let names = |model: &CompiledModel| model.free.iter().map(|p| p.name.clone()).collect::<Vec<_>>();
+        assert_eq!(names(model.simpler().unwrap()), names(&tidal));
+        assert!(tidal.simpler().is_none());
+        let composite = ModelDescription::built_in("comprehensive").unwrap();
+        let both = ModelDescription { line_of_sight: flexion.line_of_sight, ..composite };
+        let both = CompiledModel::new(&both).unwrap();
+        let one_mass = both.simpler().unwrap();
+        assert_eq!((one_mass.lenses.len(), one_mass.has_the_lenses_of(&both)), (1, false));
+        let no_flexion = one_mass.simpler().unwrap();
+        assert!(no_flexion.has_the_lenses_of(one_mass) && no_flexion.simpler().is_none());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Guesses from which climbs begin: from the image alone, or with what a fit before has found.
 
+use nalgebra::Complex;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::climb::Maximum;
@@ -32,9 +33,10 @@ pub(super) struct Known {
 }
 
 impl Known {
-    /// From the fit of a simpler model: line of sight, lights, Einstein radius.
-    pub(super) fn from_simpler(simpler: &CompiledModel, highest: &Maximum) -> Option<Self> {
-        Self::new(simpler, highest, &[Part::LineOfSight, Part::Source, Part::LensLight])
+    /// From the fit of a simpler model: line of sight, lights, Einstein radius, and the lens if that is wanted.
+    pub(super) fn from_simpler(simpler: &CompiledModel, highest: &Maximum, takes_lens: bool) -> Option<Self> {
+        let parts = [Part::LineOfSight, Part::Source, Part::LensLight, Part::Lens];
+        Self::new(simpler, highest, if takes_lens { &parts } else { &parts[..3] })
     }
 
     /// From a maximum of the model itself, lens and line of sight to be guessed anew: lights and Einstein radius.
@@ -88,12 +90,13 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
     let spread = if number / (RADII * SHAPES) >= ROUNDS_NEAR { FAR } else { NEAR };
     if let Some(maximum) = known.filter(|known| known.turns(number)).and_then(|known| known.maximum.as_ref())
     {
-        let scatter = match number / SHAPES % RADII {
-            0 => 0.0,
-            shape if shape.is_multiple_of(2) => NEAR,
-            _ => FAR,
+        let (mean, scatter) = match number / SHAPES % RADII {
+            0 => (-1.0, 0.0),
+            shape if shape.is_multiple_of(2) => (-1.0, NEAR),
+            _ => (0.0, FAR),
         };
-        let latent = turned(likelihood.model(), maximum, (einstein_radius, scatter), &mut random);
+        let turn = Complex::new(random(), random()).scale(scatter * std::f64::consts::FRAC_1_SQRT_2) + mean;
+        let latent = turned(likelihood.model(), maximum, (einstein_radius, turn), || scatter * random());
         return with_einstein_radius(likelihood, latent, einstein_radius);
     }
     let free = likelihood.model().free.iter();
@@ -111,17 +114,18 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
             let Some(known) = known else { return z };
             let mut divided =
                 || latent_of(parameter, parameter.prior.at_latent(z)[0] * (DIVISION * random()).exp());
-            match parameter.parameter.role {
-                Role::Strength if parameter.part == Part::Lens => divided(),
-                _ => known.value_of(&parameter.name).map_or(z, |v| latent_of(parameter, v)),
+            match (known.value_of(&parameter.name), parameter.parameter.role) {
+                (Some(value), _) => latent_of(parameter, value),
+                (None, Role::Strength) if parameter.part == Part::Lens => divided(),
+                (None, _) => z,
             }
         })
         .collect();
     with_einstein_radius(likelihood, latent, einstein_radius)
 }
 
-/// A maximum with its lens's ellipticities times one number about −1 (a turn by 90°), the slopes as scattered, and the foreground
-/// shear that leaves the lens its quadrupole.
+/// A maximum with its lens's ellipticities e1 + i e2 times one complex number (−1 turns by 90°), the slopes scattered, and the
+/// foreground shear that leaves the lens its quadrupole.
 ///
 /// Ellipticity and foreground shear make nearly the same images in several ways, between which climbs find no path. Behind
 /// a shear γ_od the potential of a lens is ψ(θ) − θ_E² Re(γ_od e^(−2iφ)) on its Einstein ring: if its quadrupole there
@@ -130,20 +134,21 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
 fn turned(
     model: &CompiledModel,
     maximum: &[f64],
-    (einstein_radius, scatter): (f64, f64),
-    random: &mut impl FnMut() -> f64,
+    (einstein_radius, turn): (f64, Complex<f64>),
+    mut scattered: impl FnMut() -> f64,
 ) -> Vec<f64> {
-    let factor = -1.0 + scatter * random();
     let values = model.at_latent(maximum).0;
-    let value = |(parameter, (z, value)): (&FreeParameter, (&f64, &f64))| match (
-        parameter.part,
-        parameter.parameter.role,
-    ) {
-        (Part::Lens, Role::Ellipticity) => latent_of(parameter, factor * value),
-        (Part::Lens, Role::Shape) => *z + scatter * random(),
+    let value = |(parameter, z): (&FreeParameter, &f64)| match (parameter.part, parameter.parameter.role) {
+        (Part::Lens, Role::Ellipticity) => {
+            let (stem, component) = parameter.name.split_at(parameter.name.len() - 1);
+            let of = |component| model.value_of(&format!("{stem}{component}"), &values).unwrap_or(0.0);
+            let turned = turn * Complex::new(of(1), of(2));
+            latent_of(parameter, if component == "1" { turned.re } else { turned.im })
+        }
+        (Part::Lens, Role::Shape) => *z + scattered(),
         _ => *z,
     };
-    let mut latent: Vec<f64> = model.free.iter().zip(maximum.iter().zip(&values)).map(value).collect();
+    let mut latent: Vec<f64> = model.free.iter().zip(maximum).map(value).collect();
     let has_foreground = model.free.iter().any(|parameter| FOREGROUND.contains(&parameter.name.as_str()));
     let quadrupole = |values: &[f64]| Some(quadrupole(&model.lenses(values).ok()?, einstein_radius));
     let change = quadrupole(&values).zip(quadrupole(&model.at_latent(&latent).0));
@@ -272,16 +277,21 @@ mod tests {
         }
         let latent: Vec<f64> =
             model.free.iter().zip(&values).map(|(own, value)| own.prior.to_latent(*value)).collect();
-        let turned = model.at_latent(&turned(&model, &latent, (1.5, 0.0), &mut || 0.0)).0;
-        let change = |name: &str| turned[place(name)] - values[place(name)];
-        for c in ["1", "2"] {
-            let (of_e, of_shear) = (change(&format!("lens.e{c}")), change(&format!("gamma{c}_od")));
-            assert!((of_e + 2.0 * values[place(&format!("lens.e{c}"))]).abs() < 1e-9);
+        for turn in [Complex::new(-1.0, 0.0), Complex::new(0.3, -0.8)] {
+            let turned = model.at_latent(&turned(&model, &latent, (1.5, turn), || 0.0)).0;
+            let number = |values: &[f64], names: [&str; 2]| {
+                let [re, im] = names.map(|name| values[place(name)]);
+                Complex::new(re, im)
+            };
+            let [e, e_turned] = [&values, &turned].map(|values| number(values, ["lens.e1", "lens.e2"]));
+            let [shear, shear_turned] = [&values, &turned].map(|values| number(values, FOREGROUND));
+            assert!((e_turned - turn * e).norm() < 1e-9);
             // To first order in e.
-            assert!((of_shear / of_e + (3.0 - 2.4) / (5.0 - 2.4)).abs() < 2e-3, "{of_shear} {of_e}");
-        }
-        for same in ["gamma1_los", "gamma2_los", "omega_los", "lens.gamma", "lens.theta_E"] {
-            assert!(change(same).abs() < 1e-12, "{same}");
+            let of_shear = (shear_turned - shear) / (e_turned - e);
+            assert!((of_shear + (3.0 - 2.4) / (5.0 - 2.4)).norm() < 2e-3, "{turn} {of_shear}");
+            for same in ["gamma1_los", "gamma2_los", "omega_los", "lens.gamma", "lens.theta_E"] {
+                assert!((turned[place(same)] - values[place(same)]).abs() < 1e-12, "{same}");
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod climb;
 mod conditional_maximum;
+mod easier;
 mod expansion;
 mod guess;
 mod start;

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::climb::{Maximum, climb, no_model, to_the_top};
+use super::easier;
 use super::guess::{Known, RADII, ROUNDS_NEAR, SHAPES, guess, held_at_first};
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
@@ -13,15 +14,12 @@ use crate::monitor::Monitor;
 /// Rough guesses of a round that are followed with everything free, and the best of those, which are followed to the end.
 const FREED: usize = 12;
 const FINALISTS: usize = 4;
-/// What the stages before the final one take for granted: noise as bright as all but these fractions of the pixels, or an
-/// exposure so short that all but that fraction are seen at less than these signal-to-noise ratios.
-const NOISE_ABOVE: [f64; 2] = [0.99, 0.9];
-const SHORT_EXPOSURES: (f64, [f64; 2]) = (0.99, [5.0, 25.0]);
 /// Iterations of each stage of a rough search, and of later ones but the last.
 const ROUGH_ITERATIONS: usize = 12;
 const MIDDLE_ITERATIONS: usize = 40;
-/// Rounds of guesses after which the best is taken whatever it is.
-const MOST_ROUNDS: u64 = 10;
+/// Rounds of guesses after which the best is taken that has withstood its challenges, and after which whatever is best.
+const MANY_ROUNDS: u64 = 10;
+const MOST_ROUNDS: u64 = 30;
 /// The highest maxima that are climbed on from where nothing settles which is the top.
 const CLIMBED_ON: usize = 3;
 /// Maxima whose ln p differ by less are the same.
@@ -35,7 +33,7 @@ const OF_NOISE: f64 = 3.0;
 ///
 /// A lens of several masses is first understood as a single elliptical power law: the search for the best fit of that model
 /// comes before, and two guesses of three then take its line of sight, its lights and its Einstein radius, which the masses
-/// share in random parts.
+/// share in random parts. A line of sight with flexions is likewise first understood as a tidal one.
 ///
 /// Sizes are guessed from the image: Einstein radii from 3 pixels to its corners in logarithmic steps, source radii as a
 /// quarter of them, lens light as wide as half of the light; the line of sight is empty at first. Everything else is
@@ -44,19 +42,16 @@ const OF_NOISE: f64 = 3.0;
 /// Then, and in every other round from the fourth on, it is challenged: in a round of guesses with its Einstein radius a third
 /// begins anew, a third with its lights but another lens, a third with its lens turned and the foreground shear that makes up
 /// for it; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its
-/// χ² is above what noise leaves, else the search goes on; ten rounds end it.
+/// χ² is above what noise leaves, else the search goes on. After ten rounds that is enough even if nothing has been reached
+/// twice; thirty end the search.
 ///
 /// Where pixels are to be integrated they are sampled at their centres in the first round, then as the highest maximum so far
 /// needs it: whenever a round has found a higher one they are sampled anew about that, and all climbs begin again.
 ///
 /// As long as nothing has been reached twice, or where χ² is above what noise leaves, each round also climbs on from the highest
-/// maxima so far: again, as bent valleys end climbs early, and where χ² is above noise through short exposures.
+/// maxima so far: again, as bent valleys end climbs early, and where χ² is above noise through fits of the fainter pixels.
 ///
-/// A steep lens light or source that is seen at a signal-to-noise of thousands holds a climb at the first bright pixel that
-/// it happens to meet. In every other round, the first among them, climbs therefore begin as if the noise were as bright as
-/// all but the brightest hundredth of the pixels, then as all but the brightest tenth, and end with the noise there is; in the
-/// others as if the exposure had been so short that all but the brightest hundredth had a signal-to-noise below 5, then 25.
-/// The first sees the brightest pixels alone; the second sees all, none of them sharply.
+/// Climbs begin with an image that is easier, of another kind in each of three rounds (`easier`), and end with the image as it is.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StartSearch {
     /// The search for the simpler model's best fit, where there is one.
@@ -95,7 +90,8 @@ impl StartSearch {
     /// Whether the highest maximum is taken for the posterior's own.
     pub fn is_done(&self) -> bool {
         let challenges = if self.is_of_noise() { 1 } else { 2 };
-        self.rounds >= MOST_ROUNDS || self.is_found() && self.withstood >= challenges
+        let is_enough = self.is_found() || self.rounds >= MANY_ROUNDS;
+        self.rounds >= MOST_ROUNDS || is_enough && self.withstood >= challenges
     }
 
     /// Whether the χ² of the highest maximum is one that noise leaves.
@@ -105,9 +101,9 @@ impl StartSearch {
 
     /// Whether guesses have reached the highest maximum often enough: the more, the more its χ² is above what noise leaves.
     fn is_found(&self) -> bool {
-        let rounds = self.judged.map_or(MOST_ROUNDS, |deviations| match self.is_of_noise() {
+        let rounds = self.judged.map_or(MANY_ROUNDS, |deviations| match self.is_of_noise() {
             true => 1,
-            false => (deviations as u64).min(MOST_ROUNDS),
+            false => (deviations as u64).min(MANY_ROUNDS),
         });
         self.is_found_twice && self.rounds >= rounds
     }
@@ -122,15 +118,30 @@ impl StartSearch {
         (sampling, seed): (PixelSampling, u64),
         monitor: &dyn Monitor,
     ) -> Result<()> {
+        self.next_round(likelihood, (sampling, seed, ("start", MOST_ROUNDS)), monitor)
+    }
+
+    /// The next round, first of the simpler model's search.
+    fn next_round(
+        &mut self,
+        likelihood: &ImageLikelihood,
+        (sampling, seed, named): (PixelSampling, u64, (&str, u64)),
+        monitor: &dyn Monitor,
+    ) -> Result<()> {
         let mut known = None;
         if let Some(simpler) = likelihood.simpler() {
             let search = self.simpler.get_or_insert_default();
-            if !(search.is_found_twice || search.rounds >= ROUNDS_NEAR) {
-                return search.round(&simpler, None, (sampling, seed, ("power law", ROUNDS_NEAR)), monitor);
+            // A lens that is taken over as it is has been challenged before.
+            let takes_lens = likelihood.model().has_the_lenses_of(simpler.model());
+            let is_enough = if takes_lens { search.is_done() } else { search.is_found_twice };
+            if !(is_enough || search.rounds >= ROUNDS_NEAR) {
+                let named = ("simpler model", ROUNDS_NEAR);
+                return search.next_round(&simpler, (sampling, seed, named), monitor);
             }
-            known = search.best().and_then(|highest| Known::from_simpler(simpler.model(), highest));
+            let known_from = |highest| Known::from_simpler(simpler.model(), highest, takes_lens);
+            known = search.best().and_then(known_from);
         }
-        self.round(likelihood, known, (sampling, seed, ("start", MOST_ROUNDS)), monitor)
+        self.round(likelihood, known, (sampling, seed, named), monitor)
     }
 
     fn round(
@@ -236,20 +247,21 @@ impl StartSearch {
     }
 
     /// Climbs on from the highest maxima where nothing has been reached twice, or χ² is above what noise leaves: again, along
-    /// valleys so bent that a climb ends before their top, and in the second case through short exposures to other maxima.
+    /// valleys so bent that a climb ends before their top, and in the second case through fits of the fainter pixels to other
+    /// maxima.
     fn climb_on(&mut self, likelihood: &ImageLikelihood, counter: &Counter) {
         let own = counter.watch(likelihood);
         let is_of_noise = self.is_of_noise();
         if is_of_noise && self.is_found_twice {
             return;
         }
-        let shorter = if is_of_noise { vec![] } else { short_exposures(likelihood).to_vec() };
-        let shorter: Vec<CountedLikelihood> = shorter.iter().map(|shorter| counter.watch(shorter)).collect();
+        let fainter = if is_of_noise { vec![] } else { easier::faint_pixels(likelihood) };
+        let fainter: Vec<CountedLikelihood> = fainter.iter().map(|fainter| counter.watch(fainter)).collect();
         let from: Vec<Maximum> = self.finals.drain(..self.finals.len().min(CLIMBED_ON)).collect();
         let ends: Vec<Vec<Maximum>> = from
             .into_par_iter()
             .map(|maximum| {
-                let climbed = || climb_through(&shorter, &own, maximum.latent.clone());
+                let climbed = || climb_through(&fainter, &own, maximum.latent.clone());
                 let through = if is_of_noise { None } else { climbed() };
                 let top = climb_on_from(&own, maximum);
                 // Back where it was, it has not been reached twice.
@@ -297,19 +309,16 @@ fn search_round(
 ) -> Vec<Maximum> {
     let title = format!("{name}, round {} of at most {most}", round + 1);
     let task = monitor.task(&title, Some(RADII * SHAPES));
-    let noisier = match round % 2 {
-        0 => NOISE_ABOVE.map(|part| likelihood.with_noise_of_at_least(brightest(likelihood, part))),
-        _ => short_exposures(likelihood),
-    };
-    let noisier: Vec<CountedLikelihood> = noisier.iter().map(|noisier| counter.watch(noisier)).collect();
+    let easier = easier::of_round(likelihood, round);
+    let easier: Vec<CountedLikelihood> = easier.iter().map(|easier| counter.watch(easier)).collect();
     let own = counter.watch(likelihood);
     let is_turned = |number: &u64| known.is_some_and(|known| known.turns(*number));
     let numbers = round * RADII * SHAPES..(round + 1) * RADII * SHAPES;
     let (turned, others): (Vec<u64>, Vec<u64>) = numbers.partition(is_turned);
     let mut finals = Vec::new();
-    // A maximum that is known, its lens turned, needs no noise; each kind has its own finalists.
-    for (numbers, noisier) in [(turned, [].as_slice()), (others, noisier.as_slice())] {
-        let first = noisier.first().unwrap_or(&own);
+    // A maximum that is known, its lens turned, needs nothing easier; each kind has its own finalists.
+    for (numbers, easier) in [(turned, [].as_slice()), (others, easier.as_slice())] {
+        let first = easier.first().unwrap_or(&own);
         // First with the line of sight as it is guessed and the sources smooth.
         let smooth = numbers
             .into_par_iter()
@@ -329,7 +338,7 @@ fn search_round(
             .collect();
         task.tell(&format!("{title}: the best {FINALISTS}"));
         let best = best(free, FINALISTS).into_par_iter();
-        finals.par_extend(best.filter_map(|start| climb_through(noisier, &own, start.latent)));
+        finals.par_extend(best.filter_map(|start| climb_through(easier, &own, start.latent)));
     }
     best(finals, FINALISTS)
 }
@@ -340,32 +349,16 @@ fn best(mut climbs: Vec<Maximum>, most: usize) -> Vec<Maximum> {
     climbs
 }
 
-/// The likelihood as after exposures that show all but the brightest pixels at low signal-to-noise ratios.
-fn short_exposures(likelihood: &ImageLikelihood) -> [ImageLikelihood; 2] {
-    let (part, ratios) = SHORT_EXPOSURES;
-    let flux = brightest(likelihood, part);
-    ratios.map(|ratio| likelihood.with_exposure_of_at_most(ratio * ratio / flux))
-}
-
-/// The flux that this fraction of the pixels does not reach, 0 if it is negative.
-fn brightest(likelihood: &ImageLikelihood, fraction: f64) -> f64 {
-    let observation = likelihood.observation();
-    let used = observation.data_e_s.iter().zip(&observation.used).filter(|(_, used)| **used);
-    let mut fluxes: Vec<f64> = used.map(|(flux, _)| *flux).collect();
-    fluxes.sort_by(f64::total_cmp);
-    fluxes.get((fraction * fluxes.len() as f64) as usize).copied().unwrap_or(0.0).max(0.0)
-}
-
-/// One climb after the other, each from where the one before ended: under ever less noise, then to the top.
+/// One climb after the other, each from where the one before ended, on ever harder images; then to the top.
 fn climb_through(
-    noisier: &[CountedLikelihood],
+    easier: &[CountedLikelihood],
     last: &CountedLikelihood,
     latent: Vec<f64>,
 ) -> Option<Maximum> {
     let climbed = |latent: Vec<f64>, likelihood: &CountedLikelihood| {
         Some(climb(likelihood, latent, &[], MIDDLE_ITERATIONS)?.latent)
     };
-    to_the_top(last, noisier.iter().try_fold(latent, climbed)?)
+    to_the_top(last, easier.iter().try_fold(latent, climbed)?)
 }
 
 /// Climbs again and again until that gains nothing: along a bent valley each climb ends before the top.
