@@ -21,6 +21,8 @@ const FAR: f64 = 1.0;
 pub(super) const ROUNDS_NEAR: u64 = 3;
 /// Scatter of the natural logarithms of the masses that share the Einstein radius of the simpler model.
 const DIVISION: f64 = 1.0;
+/// Foreground shear of a usual line of sight.
+const SHEAR: f64 = 0.05;
 
 /// What a fit says beforehand.
 #[derive(Debug)]
@@ -73,7 +75,8 @@ impl Known {
 }
 
 /// Guess number `number` from the image, or, two times of three, from what is known, the Einstein radius shared by the masses
-/// in random parts. Every other of those from a maximum of the model itself is that maximum with its lens turned.
+/// in random parts. Every other of those from a maximum of the model itself is that maximum with its lens turned, or with another
+/// slope and foreground shear.
 pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u64, number: u64) -> Vec<f64> {
     let observation = likelihood.observation();
     // Of a ring as wide as this the corners show a piece.
@@ -90,13 +93,15 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
     let spread = if number / (RADII * SHAPES) >= ROUNDS_NEAR { FAR } else { NEAR };
     if let Some(maximum) = known.filter(|known| known.turns(number)).and_then(|known| known.maximum.as_ref())
     {
-        let (mean, scatter) = match number / SHAPES % RADII {
-            0 => (-1.0, 0.0),
-            shape if shape.is_multiple_of(2) => (-1.0, NEAR),
-            _ => (0.0, FAR),
+        let mut normal = || Complex::new(random(), random()).scale(std::f64::consts::FRAC_1_SQRT_2);
+        let (turn, shear, scatter) = match number / SHAPES % RADII {
+            0 => (-Complex::ONE, Complex::ZERO, 0.0),
+            shape if shape.is_multiple_of(2) => (normal().scale(NEAR) - 1.0, Complex::ZERO, NEAR),
+            shape if shape % 4 == 1 => (normal(), Complex::ZERO, FAR),
+            _ => (Complex::ONE, normal().scale(SHEAR), FAR),
         };
-        let turn = Complex::new(random(), random()).scale(scatter * std::f64::consts::FRAC_1_SQRT_2) + mean;
-        let latent = turned(likelihood.model(), maximum, (einstein_radius, turn), || scatter * random());
+        let change = (turn, shear);
+        let latent = turned(likelihood.model(), maximum, (einstein_radius, change), || scatter * random());
         return with_einstein_radius(likelihood, latent, einstein_radius);
     }
     let free = likelihood.model().free.iter();
@@ -125,7 +130,7 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
 }
 
 /// A maximum with its lens's ellipticities e1 + i e2 times one complex number (−1 turns by 90°), the slopes scattered, and the
-/// foreground shear that leaves the lens its quadrupole.
+/// foreground shear that leaves the lens its quadrupole, or one that differs from it by a second number.
 ///
 /// Ellipticity and foreground shear make nearly the same images in several ways, between which climbs find no path. Behind
 /// a shear γ_od the potential of a lens is ψ(θ) − θ_E² Re(γ_od e^(−2iφ)) on its Einstein ring: if its quadrupole there
@@ -134,7 +139,7 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
 fn turned(
     model: &CompiledModel,
     maximum: &[f64],
-    (einstein_radius, turn): (f64, Complex<f64>),
+    (einstein_radius, (turn, shear)): (f64, (Complex<f64>, Complex<f64>)),
     mut scattered: impl FnMut() -> f64,
 ) -> Vec<f64> {
     let values = model.at_latent(maximum).0;
@@ -152,8 +157,9 @@ fn turned(
     let has_foreground = model.free.iter().any(|parameter| FOREGROUND.contains(&parameter.name.as_str()));
     let quadrupole = |values: &[f64]| Some(quadrupole(&model.lenses(values).ok()?, einstein_radius));
     let change = quadrupole(&values).zip(quadrupole(&model.at_latent(&latent).0));
-    let change =
-        change.map(|(before, after)| [0, 1].map(|c| (after[c] - before[c]) / einstein_radius.powi(2)));
+    let shear = [shear.re, shear.im];
+    let change = change
+        .map(|(before, after)| [0, 1].map(|c| shear[c] + (after[c] - before[c]) / einstein_radius.powi(2)));
     for ((parameter, value), z) in model.free.iter().zip(values).zip(&mut latent) {
         if parameter.part != Part::LineOfSight {
             continue;
@@ -277,8 +283,9 @@ mod tests {
         }
         let latent: Vec<f64> =
             model.free.iter().zip(&values).map(|(own, value)| own.prior.to_latent(*value)).collect();
-        for turn in [Complex::new(-1.0, 0.0), Complex::new(0.3, -0.8)] {
-            let turned = model.at_latent(&turned(&model, &latent, (1.5, turn), || 0.0)).0;
+        let some = Complex::new(0.02, -0.01);
+        for (turn, besides) in [(-Complex::ONE, Complex::ZERO), (Complex::new(0.3, -0.8), some)] {
+            let turned = model.at_latent(&turned(&model, &latent, (1.5, (turn, besides)), || 0.0)).0;
             let number = |values: &[f64], names: [&str; 2]| {
                 let [re, im] = names.map(|name| values[place(name)]);
                 Complex::new(re, im)
@@ -287,7 +294,7 @@ mod tests {
             let [shear, shear_turned] = [&values, &turned].map(|values| number(values, FOREGROUND));
             assert!((e_turned - turn * e).norm() < 1e-9);
             // To first order in e.
-            let of_shear = (shear_turned - shear) / (e_turned - e);
+            let of_shear = (shear_turned - shear - besides) / (e_turned - e);
             assert!((of_shear + (3.0 - 2.4) / (5.0 - 2.4)).norm() < 2e-3, "{turn} {of_shear}");
             for same in ["gamma1_los", "gamma2_los", "omega_los", "lens.gamma", "lens.theta_E"] {
                 assert!((turned[place(same)] - values[place(same)]).abs() < 1e-12, "{same}");
