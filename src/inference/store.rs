@@ -109,7 +109,7 @@ impl FitState {
         let run_fits = |run: &SamplerRun| {
             self.modes.len() == most && run.fits(&settings.sampler, settings.seed, dimension)
         };
-        self.search.fits(dimension)
+        self.search.fits(likelihood.model())
             && self.modes.len() <= most
             && self.modes.iter().all(|modes| !modes.is_empty())
             && self.modes.iter().flatten().all(|mode| mode.fits(dimension))

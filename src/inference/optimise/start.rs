@@ -9,6 +9,7 @@ use super::guess::{Known, RADII, ROUNDS_NEAR, SHAPES, guess, held_at_first};
 use crate::error::{Error, Result};
 use crate::imaging::PixelSampling;
 use crate::inference::likelihood::{CountedLikelihood, Counter, ImageLikelihood};
+use crate::inference::model::CompiledModel;
 use crate::monitor::Monitor;
 
 /// Rough guesses of a round that are followed with everything free, and the best of those, which are followed to the end.
@@ -138,8 +139,7 @@ impl StartSearch {
                 let named = ("simpler model", ROUNDS_NEAR);
                 return search.next_round(&simpler, (sampling, seed, named), monitor);
             }
-            let known_from = |highest| Known::from_simpler(simpler.model(), highest, takes_lens);
-            known = search.best().and_then(known_from);
+            known = search.best().and_then(|best| Known::from_simpler(simpler.model(), best, takes_lens));
         }
         self.round(likelihood, known, (sampling, seed, named), monitor)
     }
@@ -274,9 +274,11 @@ impl StartSearch {
         self.sort();
     }
 
-    /// Whether what was read back is of a problem of that dimension.
-    pub(in crate::inference) fn fits(&self, dimension: usize) -> bool {
-        self.finals.iter().chain(&self.sampled_about).all(|maximum| maximum.fits(dimension))
+    /// Whether what was read back is of that model.
+    pub(in crate::inference) fn fits(&self, model: &CompiledModel) -> bool {
+        let simpler_fits = |search: &StartSearch| model.simpler().is_some_and(|model| search.fits(model));
+        self.finals.iter().chain(&self.sampled_about).all(|maximum| maximum.fits(model.free.len()))
+            && self.simpler.as_deref().is_none_or(simpler_fits)
     }
 }
 
@@ -375,4 +377,24 @@ fn climb_on_from(likelihood: &CountedLikelihood, mut maximum: Maximum) -> Maximu
         }
     }
     maximum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inference::model::ModelDescription;
+
+    #[test]
+    fn searches_of_other_models_are_not_gone_on_with() {
+        let model = |name| CompiledModel::new(&ModelDescription::built_in(name).unwrap()).unwrap();
+        let n = model("comprehensive").simpler().unwrap().free.len();
+        let fits = |n, name| {
+            let metric = nalgebra::DMatrix::identity(n, n);
+            let finals = vec![Maximum { latent: vec![0.0; n], log_posterior: 0.0, metric }];
+            let simpler = Some(Box::new(StartSearch { finals, ..StartSearch::default() }));
+            StartSearch { simpler, ..StartSearch::default() }.fits(&model(name))
+        };
+        assert!(fits(n, "comprehensive"));
+        assert!(!fits(n + 1, "comprehensive") && !fits(n, "tidal-minimal"));
+    }
 }
