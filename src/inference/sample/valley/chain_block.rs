@@ -48,7 +48,7 @@ impl Proposals {
         mut rng: ChaCha8Rng,
     ) -> ChainBlock {
         let mut block = ChainBlock {
-            position,
+            position: self.renewed(likelihood, position, &mut rng),
             chain: Chain::default(),
             known: vec![],
             standing: None,
@@ -64,6 +64,14 @@ impl Proposals {
             block.visited.push(block.standing);
         }
         block
+    }
+
+    /// A position as the surrogate of this block sees it: what is remembered of it was made with that of the block before.
+    fn renewed(&self, likelihood: &dyn LatentLikelihood, from: Position, rng: &mut ChaCha8Rng) -> Position {
+        match self.maximum(likelihood, &self.surrogate.x(&from.s), &from.s) {
+            Some(Ok(maximum)) => from.renewed(likelihood, &self.axes, &maximum, self.importance, rng),
+            _ => from,
+        }
     }
 
     /// One proposal, accepted or not.

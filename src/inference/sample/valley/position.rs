@@ -40,25 +40,9 @@ impl Position {
         importance: ImportanceDraws,
         rng: &mut impl Rng,
     ) -> (Self, f64) {
-        let mut position = Self {
-            unit: DVector::zeros(maximum.stiff.len()),
-            z: axes.at(&s, &maximum.stiff),
-            s,
-            log_likelihood: f64::NEG_INFINITY,
-            log_marginal: maximum.log_marginal(),
-            stiff: maximum.stiff.clone(),
-            log_maximum: maximum.log_density,
-            factor: maximum.factor.clone(),
-            importance,
-            log_rest: f64::NEG_INFINITY,
-        };
+        let mut position = Self::of(axes, s, maximum, importance);
         let tries = importance.tries;
-        let drawn: Vec<Self> = (0..tries)
-            .map(|_| {
-                let unit = importance.draw(position.unit.len(), rng);
-                position.at(likelihood, axes, unit)
-            })
-            .collect();
+        let drawn = position.others(likelihood, axes, tries, rng);
         let own: Vec<f64> = drawn.iter().map(Self::log_own_weight).collect();
         let all = log_sum(own.iter().copied());
         let mut rest = rng.random::<f64>();
@@ -73,6 +57,56 @@ impl Position {
         let mean = own.iter().sum::<f64>() / tries as f64;
         let variance = own.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (tries as f64 - 1.0).max(1.0);
         (position, variance.sqrt())
+    }
+
+    /// The same s and t, seen from a maximum at s that has been sought anew and among other draws about that: how (s, t) are
+    /// distributed does not change, as the others are independent of the chain's.
+    pub fn renewed(
+        self,
+        likelihood: &dyn LatentLikelihood,
+        axes: &Axes,
+        maximum: &ConditionalMaximum,
+        importance: ImportanceDraws,
+        rng: &mut impl Rng,
+    ) -> Self {
+        let [_, t] = axes.coordinates(self.z.as_slice());
+        let position = Self::of(axes, self.s, maximum, importance);
+        let others = position.others(likelihood, axes, importance.tries - 1, rng);
+        Self {
+            unit: position.factor.tr_mul(&(t - &position.stiff)),
+            z: self.z,
+            log_likelihood: self.log_likelihood,
+            log_rest: log_sum(others.iter().map(Self::log_own_weight)),
+            ..position
+        }
+    }
+
+    /// At the maximum itself, before any t is drawn.
+    fn of(axes: &Axes, s: DVector<f64>, maximum: &ConditionalMaximum, importance: ImportanceDraws) -> Self {
+        Self {
+            unit: DVector::zeros(maximum.stiff.len()),
+            z: axes.at(&s, &maximum.stiff),
+            s,
+            log_likelihood: f64::NEG_INFINITY,
+            log_marginal: maximum.log_marginal(),
+            stiff: maximum.stiff.clone(),
+            log_maximum: maximum.log_density,
+            factor: maximum.factor.clone(),
+            importance,
+            log_rest: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Independent draws of t.
+    fn others(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        axes: &Axes,
+        tries: usize,
+        rng: &mut impl Rng,
+    ) -> Vec<Self> {
+        let mut drawn = || self.at(likelihood, axes, self.importance.draw(self.unit.len(), rng));
+        (0..tries).map(|_| drawn()).collect()
     }
 
     /// The same with another t.
@@ -164,6 +198,31 @@ mod tests {
         let tailed: Vec<f64> = (0..20_000).map(|_| drawn(importance, rng).1.log_weight()).collect();
         let tailed = log_sum(tailed.iter().copied()) - 20_000_f64.ln();
         assert!((tailed - ratio.ln()).abs() < 0.02, "{tailed} {}", ratio.ln());
+    }
+
+    #[test]
+    fn a_renewed_position_of_exact_t_has_one_over_the_integral_as_the_mean_of_one_over_its_weight() {
+        let rng = &mut stream(3, 0, Stage::Sampling, 0);
+        let importance = ImportanceDraws::normal(3);
+        let (axes, position, _) = drawn(importance, rng);
+        let mut maximum = axes.maximum(&LOGISTIC, &position.s, DVector::zeros(1), 30).unwrap();
+        // As another search may have ended: beside the top, and of another width.
+        maximum.stiff[0] += 0.5 * WIDTH;
+        maximum.factor *= 0.6;
+        const TIMES: usize = 40_000;
+        let mut mean = 0.0;
+        for _ in 0..TIMES {
+            let u: f64 = rng.random();
+            let t = DVector::from_vec(vec![WIDTH * (u / (1.0 - u)).ln()]);
+            let z = axes.at(&position.s, &t);
+            let log_likelihood = LOGISTIC.log_likelihood(z.as_slice());
+            let exact = Position { z, log_likelihood, ..position.clone() };
+            let renewed = exact.renewed(&LOGISTIC, &axes, &maximum, importance, rng);
+            mean += (-renewed.log_weight()).exp() / TIMES as f64;
+        }
+        // ∫p dt = WIDTH over the height ¼ times √(2π · 2) WIDTH/0.6, weights in units of what the normal's top has.
+        let integral = 0.6 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());
+        assert!((mean * integral - 1.0).abs() < 0.02, "{mean} {integral}");
     }
 
     #[test]
