@@ -48,10 +48,10 @@ const HALF_WIDTH: f64 = 1.6;
 
 fn main() -> Result<()> {
     let model = CompiledModel::new(&ModelDescription::built_in("simple-minimal")?)?;
-    println!(
+    eprintln!(
         "| image | converged | in the mode of the truth | largest offset, σ | χ² per degree of freedom |"
     );
-    println!("|---|---|---|---|---|");
+    eprintln!("|---|---|---|---|---|");
     let fits: Vec<(bool, f64)> = (0..IMAGES)
         .into_par_iter()
         .map(|number| {
@@ -63,12 +63,16 @@ fn main() -> Result<()> {
             let worst =
                 offsets.map(|(p, truth)| ((p.mean - truth) / p.standard_deviation).abs()).fold(0.0, f64::max);
             let converged = fit.status.is_converged;
-            println!("| {number} | {converged} | {} | {worst:.1} | {:.3} |", worst < 5.0, fit.chi2_reduced());
+            eprintln!(
+                "| {number} | {converged} | {} | {worst:.1} | {:.3} |",
+                worst < 5.0,
+                fit.chi2_reduced()
+            );
             Ok((converged, worst))
         })
         .collect::<Result<_>>()?;
     let count = |is: &dyn Fn(bool, f64) -> bool| fits.iter().filter(|(c, worst)| is(*c, *worst)).count();
-    println!("\n{} of {IMAGES} converged in the mode of the truth", count(&|c, worst| c && worst < 5.0));
+    println!("{} of {IMAGES} converged in the mode of the truth;", count(&|c, worst| c && worst < 5.0));
     println!("{} converged elsewhere, {} did not converge", count(&|c, w| c && w >= 5.0), count(&|c, _| !c));
     Ok(())
 }
