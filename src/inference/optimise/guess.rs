@@ -56,7 +56,7 @@ impl Known {
         Some(Self { values, einstein_radius_arcsec, maximum: None })
     }
 
-    /// Whether guess number `number` is the maximum itself with its lens turned.
+    /// Whether guess number `number` is the maximum itself with its lens turned, or with another slope and foreground shear.
     pub(super) fn turns(&self, number: u64) -> bool {
         self.maximum.is_some() && number % SHAPES == 2
     }

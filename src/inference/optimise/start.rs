@@ -42,7 +42,7 @@ const OF_NOISE: f64 = 3.0;
 /// has been reached from two of them, and for a round at least for each of the deviations by which its χ² is above one.
 /// Then, and in every other round from the fourth on, it is challenged: in a round of guesses with its Einstein radius a third
 /// begins anew, a third with its lights but another lens, a third with its lens turned and the foreground shear that makes up
-/// for it; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its
+/// for it, or with another slope and foreground shear; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its
 /// χ² is above what noise leaves, else the search goes on. After ten rounds that is enough even if nothing has been reached
 /// twice; thirty end the search.
 ///
@@ -318,7 +318,7 @@ fn search_round(
     let numbers = round * RADII * SHAPES..(round + 1) * RADII * SHAPES;
     let (turned, others): (Vec<u64>, Vec<u64>) = numbers.partition(is_turned);
     let mut finals = Vec::new();
-    // A maximum that is known, its lens turned, needs nothing easier; each kind has its own finalists.
+    // A maximum that is known, its lens turned or changed, needs nothing easier; each kind has its own finalists.
     for (numbers, easier) in [(turned, [].as_slice()), (others, easier.as_slice())] {
         let first = easier.first().unwrap_or(&own);
         // First with the line of sight as it is guessed and the sources smooth.
