@@ -33,11 +33,11 @@ fn main() -> Result<()> {
             let (observation, model, truth) = mock(seed, system, pixel_sampling)?;
             let top = |from| Top::find(observation.clone(), model.clone(), &settings, from, &Silent);
             let (from_truth, blind) = (top(Some(truth))?, top(None)?);
-            let likelihood = blind.likelihood;
-            let values = likelihood.model().at_latent(&blind.maximum.latent).0;
+            let likelihood = &blind.likelihood;
+            let values = likelihood.model().at_latent(&blind.maximum().latent).0;
             let chi2 =
                 likelihood.image(&values).map_or(f64::INFINITY, |image| likelihood.chi2_reduced(&image));
-            let gain = blind.maximum.log_posterior - from_truth.maximum.log_posterior;
+            let gain = blind.maximum().log_posterior - from_truth.maximum().log_posterior;
             let end = End { seed, system, gain, chi2, evaluations: blind.evaluations };
             eprintln!("{}", end.row());
             Ok(end)

@@ -24,6 +24,7 @@ from ._haloray import Config, __version__
 from ._lens_arguments import LENS_MODELS
 from ._lens_model import LensModel
 from ._lens_results import CriticalCurve, PointImages
+from ._log_posterior import LogPosterior, Mode
 from ._mock import Mock, MockImage, mock
 from ._observation import Observation
 from ._pyhalo import from_lens_models, from_pyhalo, to_lens_models
@@ -65,9 +66,11 @@ __all__ = [
     "Interpol",
     "LensModel",
     "LineOfSight",
+    "LogPosterior",
     "MissingFileError",
     "Mock",
     "MockImage",
+    "Mode",
     "Observation",
     "Parameter",
     "PointImages",

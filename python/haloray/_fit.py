@@ -305,27 +305,64 @@ def fit(
     """
     if not 400.0 <= number("min_ess", min_ess) < float("inf"):
         raise refuse("min_ess", min_ess, "at least 400 and finite")
-    options = SimpleNamespace(
+    given = prepared(
+        image,
+        model,
+        seed=seed,
+        likelihood=likelihood,
+        pixel_sampling=pixel_sampling,
+        haloes=haloes,
+        z_lens=z_lens,
         sampler=expect("sampler", sampler, str, "a sampler's name"),
-        seed=whole("seed", seed),
         min_ess=number("min_ess", min_ess),
         profile=_names(profile),
         max_draws=None if max_draws is None else whole("max_draws", max_draws, 4, 2**31),
-        likelihood=None if likelihood is None else expect("likelihood", likelihood, str, "a likelihood's name"),
-        pixel_sampling=None if pixel_sampling is None else expect("pixel_sampling", pixel_sampling, str, "a name"),
         output=None if output is None else path_of("output", output),
         overwrite=flag("overwrite", overwrite),
         resume=None if resume is None else path_of("resume", resume),
+    )
+    found = _fit(*given, callback(progress))
+    for complaint in found["complaints"]:
+        warnings.warn(complaint, stacklevel=2)
+    return fit_of(found)
+
+
+def prepared(
+    image: ObservationLike,
+    model: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    seed: int,
+    likelihood: str | None,
+    pixel_sampling: str | None,
+    haloes: LineOfSight | None,
+    z_lens: float | None,
+    sampler: str = "valley",
+    min_ess: float = 400.0,
+    profile: Sequence[str] = (),
+    max_draws: int | None = None,
+    output: str | None = None,
+    overwrite: bool = False,
+    resume: str | None = None,
+) -> tuple[Any, str, str, SimpleNamespace, tuple[Any, float | None] | None]:
+    """Image, form and text of the model, options and haloes as the native side takes them."""
+    options = SimpleNamespace(
+        sampler=sampler,
+        seed=whole("seed", seed),
+        min_ess=min_ess,
+        profile=profile,
+        max_draws=max_draws,
+        likelihood=None if likelihood is None else expect("likelihood", likelihood, str, "a likelihood's name"),
+        pixel_sampling=None if pixel_sampling is None else expect("pixel_sampling", pixel_sampling, str, "a name"),
+        output=output,
+        overwrite=overwrite,
+        resume=resume,
     )
     form, text = _description(model)
     through = None
     if haloes is not None:
         sight = expect("haloes", haloes, LineOfSight, "a haloray.LineOfSight")
         through = sight._native, optional("z_lens", z_lens)
-    found = _fit(_observation(image)._native, form, text, options, through, callback(progress))
-    for complaint in found["complaints"]:
-        warnings.warn(complaint, stacklevel=2)
-    return fit_of(found)
+    return _observation(image)._native, form, text, options, through
 
 
 def _names(profile: object) -> list[str]:

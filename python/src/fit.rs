@@ -30,7 +30,7 @@ use crate::watch::run;
 /// An image to fit, with its noise and PSF.
 #[pyclass(frozen, module = "haloray._haloray")]
 pub struct Observation {
-    observation: haloray::inference::Observation,
+    pub observation: haloray::inference::Observation,
     z_lens: Option<f64>,
     pixel_sampling: Option<PixelSampling>,
 }
@@ -206,7 +206,75 @@ fn settings(
     Ok(FitSettings { likelihood, pixel_sampling, sampler, min_ess: options.min_ess, seed: options.seed })
 }
 
-/// Fits an image; a model of haloes is given them as a line of sight and the redshift of the lens.
+/// A line of sight, and the redshift of the lens behind it.
+pub type ThroughHaloes<'py> = Option<(Bound<'py, Sight>, Option<f64>)>;
+
+/// A model and how to fit it, checked against the image.
+pub struct Prepared {
+    pub description: ModelDescription,
+    pub settings: FitSettings,
+    haloes: Option<HaloSight>,
+}
+
+impl Prepared {
+    /// Of a model in that form; a model of haloes is given them as a line of sight.
+    pub fn new(
+        py: Python<'_>,
+        observation: &Observation,
+        (form, model): (&str, &str),
+        options: &Options,
+        haloes: &ThroughHaloes<'_>,
+    ) -> PyResult<Self> {
+        let mut description = description(py, form, model)?;
+        match options.likelihood.as_deref() {
+            None => {}
+            Some("gaussian") => description.likelihood = LikelihoodKind::Gaussian,
+            Some("lenstronomy") => description.likelihood = LikelihoodKind::Lenstronomy,
+            Some(other) => return Err(input(py, "likelihood", other, "\"gaussian\" or \"lenstronomy\"")),
+        }
+        let sampling = match options.pixel_sampling.as_deref() {
+            None => observation.pixel_sampling,
+            Some("point") => Some(PixelSampling::Point),
+            Some("adaptive") => Some(PixelSampling::Adaptive),
+            Some(other) => return Err(input(py, "pixel_sampling", other, "\"point\" or \"adaptive\"")),
+        };
+        let sampling = description.sampling(sampling);
+        description.pixel_sampling = Some(sampling);
+        let settings = settings(py, options, description.likelihood, sampling)?;
+        let haloes = match (description.line_of_sight.model, haloes) {
+            (LineOfSightKind::Haloes, Some((sight, z_lens))) => {
+                let missing = || input(py, "z_lens", "missing", "given, or ZLENS in the image");
+                let z_lens = z_lens.or(observation.z_lens).ok_or_else(missing)?;
+                Some(HaloSight::new(sight.get().sight.clone(), z_lens).or_raise(py)?)
+            }
+            (LineOfSightKind::Haloes, None) => {
+                return Err(input(py, "haloes", "missing", "a line of sight: the model's is made of haloes"));
+            }
+            (_, Some(_)) => {
+                let allowed = "left out unless the model's line_of_sight.model is \"haloes\"";
+                return Err(input(py, "haloes", "given", allowed));
+            }
+            (_, None) => None,
+        };
+        Ok(Self { description, settings, haloes })
+    }
+
+    /// The model, ready to be fitted.
+    pub fn compiled(&self) -> haloray::Result<CompiledModel> {
+        let model = match &self.haloes {
+            None => CompiledModel::new(&self.description),
+            Some(haloes) => CompiledModel::through_haloes(&self.description, haloes.clone()),
+        };
+        model.map_err(|error| self.in_model(error))
+    }
+
+    /// An error that says which model it is of.
+    pub fn in_model(&self, error: Error) -> Error {
+        error.in_model(&self.description.name)
+    }
+}
+
+/// Fits an image.
 #[pyfunction]
 #[pyo3(signature = (observation, form, model, options, haloes=None, progress=None))]
 pub fn fit<'py>(
@@ -215,67 +283,30 @@ pub fn fit<'py>(
     form: &str,
     model: &str,
     options: Options,
-    haloes: Option<(Bound<'py, Sight>, Option<f64>)>,
+    haloes: ThroughHaloes<'py>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let mut description = description(py, form, model)?;
-    match options.likelihood.as_deref() {
-        None => {}
-        Some("gaussian") => description.likelihood = LikelihoodKind::Gaussian,
-        Some("lenstronomy") => description.likelihood = LikelihoodKind::Lenstronomy,
-        Some(other) => return Err(input(py, "likelihood", other, "\"gaussian\" or \"lenstronomy\"")),
-    }
-    let sampling = match options.pixel_sampling.as_deref() {
-        None => observation.pixel_sampling,
-        Some("point") => Some(PixelSampling::Point),
-        Some("adaptive") => Some(PixelSampling::Adaptive),
-        Some(other) => return Err(input(py, "pixel_sampling", other, "\"point\" or \"adaptive\"")),
+    let prepared = Prepared::new(py, observation, (form, model), &options, &haloes)?;
+    let Prepared { description, settings, haloes: through } = &prepared;
+    let toml = toml::to_string_pretty(description).unwrap_or_else(|error| format!("# {error}\n"));
+    let same = match &options.resume {
+        Some(_) => {
+            let image = fingerprint(&observation.observation, through.as_ref());
+            format!("{settings:?}\n{toml}\n{image}")
+        }
+        None => String::new(),
     };
-    let sampling = description.sampling(sampling);
-    description.pixel_sampling = Some(sampling);
-    let settings = settings(py, &options, description.likelihood, sampling)?;
-    let mut image = String::new();
-    let mut identify = |haloes| {
-        if options.resume.is_some() {
-            image = fingerprint(&observation.observation, haloes);
-        }
-    };
-    let through = match (description.line_of_sight.model, haloes) {
-        (LineOfSightKind::Haloes, Some((sight, z_lens))) => {
-            let missing = || input(py, "z_lens", "missing", "given, or ZLENS in the image");
-            let z_lens = z_lens.or(observation.z_lens).ok_or_else(missing)?;
-            identify(Some((&sight.get().sight, z_lens)));
-            Some(HaloSight::new(sight.get().sight.clone(), z_lens).or_raise(py)?)
-        }
-        (LineOfSightKind::Haloes, None) => {
-            return Err(input(py, "haloes", "missing", "a line of sight: the model's is made of haloes"));
-        }
-        (_, Some(_)) => {
-            let allowed = "left out unless the model's line_of_sight.model is \"haloes\"";
-            return Err(input(py, "haloes", "given", allowed));
-        }
-        (_, None) => {
-            identify(None);
-            None
-        }
-    };
-    let toml = toml::to_string_pretty(&description).unwrap_or_else(|error| format!("# {error}\n"));
-    let same = format!("{settings:?}\n{toml}\n{image}");
     let observed = observation.observation.clone();
     let (fit, json, complaints) = run(py, progress.as_ref(), |monitor| {
-        let in_model = |error: Error| error.in_model(&description.name);
-        let model = match through {
-            None => CompiledModel::new(&description),
-            Some(haloes) => CompiledModel::through_haloes(&description, haloes),
-        };
-        let model = model.map_err(in_model)?;
+        let model = prepared.compiled()?;
         options.profile.iter().try_for_each(|name| model.place_of_free(name).map(drop))?;
         let names = ["summary.json", "timings.json", "model.toml", "posterior.nc"];
         let staging =
             options.output.as_ref().map(|path| staged(path, &names, options.overwrite)).transpose()?;
         let mut state = StateFile::at(options.resume.clone(), same, monitor);
         let task = monitor.task(&description.name, None);
-        let fit = Fit::run(observed, model, settings, &mut state, monitor).map_err(in_model)?;
+        let fit = Fit::run(observed, model, *settings, &mut state, monitor);
+        let fit = fit.map_err(|error| prepared.in_model(error))?;
         drop(task);
         let profiles = fit.profiles(&options.profile, monitor)?;
         let summary = FitSummary { profiles, ..FitSummary::of(&fit, &description.name, state.seconds()) };

@@ -11,6 +11,7 @@ mod errors;
 mod fit;
 mod haloes;
 mod lens;
+mod log_posterior;
 mod mock;
 mod read;
 mod run;
@@ -35,6 +36,7 @@ fn _haloray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<sight::Sight>()?;
     module.add_class::<lens::Lens>()?;
     module.add_class::<fit::Observation>()?;
+    module.add_class::<log_posterior::LogPosterior>()?;
     module.add_class::<ensemble::EnsemblePlan>()?;
     module.add_function(wrap_pyfunction!(lens::lens_argument_unit, module)?)?;
     module.add_function(wrap_pyfunction!(haloes::populate, module)?)?;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use haloray::error::FileFault;
 use haloray::inference::{FitState, FitStore, Observation};
 use haloray::io::{Saved, hash, read_checkpoint, write_checkpoint};
-use haloray::mapping::multiplane::LineOfSight;
+use haloray::mapping::HaloSight;
 use haloray::monitor::Monitor;
 use haloray::{Error, Result};
 
@@ -75,11 +75,11 @@ impl FitStore for StateFile<'_> {
 }
 
 /// An image, and the haloes before and behind its lens, in short: every number counts.
-pub fn fingerprint(observation: &Observation, haloes: Option<(&LineOfSight, f64)>) -> String {
+pub fn fingerprint(observation: &Observation, haloes: Option<&HaloSight>) -> String {
     let mut text = format!("{observation:?}");
-    if let Some((sight, z_lens)) = haloes {
+    if let Some(haloes) = haloes {
         // Writing to a string cannot fail.
-        let _ = write!(text, "{z_lens:?}{sight:?}");
+        let _ = write!(text, "{haloes:?}");
     }
     format!("{} bytes, {:016x}", text.len(), hash(text.as_bytes()))
 }

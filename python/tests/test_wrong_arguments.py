@@ -5,6 +5,7 @@ import inspect
 import numpy as np
 import public
 import pytest
+import test_fit
 from conftest import SMALL
 
 import haloray as hr
@@ -128,6 +129,7 @@ def results(tmp_path_factory):
         "fit": hr.Fit(
             {}, {"gamma1_los": draws}, {}, {"chi2_reduced": 1.0, "profiles": [profile]}, zero, zero, "", zero, 0.1, {}
         ),
+        "target": hr.LogPosterior(test_fit.observation(), test_fit.MODEL),
         "run": hr.read(folder / "run" / "run.h5"),
     }
 
@@ -208,6 +210,12 @@ def calls(own):
             sight.to_decoupled_multiplane,
             {"lens": (0.5, "EPL", KWARGS), "half_width_arcsec": 1.0, "n": 5},
         ),
+        "LogPosterior": (hr.LogPosterior, {"image": observation, "model": "no"}),
+        **{
+            f"LogPosterior.{name}": (getattr(own["target"], name), {"latent": np.zeros(len(own["target"].names))})
+            for name in ("__call__", "gradient", "log_likelihood", "values")
+        },
+        "LogPosterior.latent": (own["target"].latent, {"values": own["target"].values(own["target"].modes[0].latent)}),
         "Observation": (
             hr.Observation,
             {"data_e_s": np.ones((8, 8)), "pixel_scale_arcsec": 0.1, "background_rms_e_s": 0.1, "exposure_s": 100.0},
@@ -283,7 +291,7 @@ def calls(own):
 def takes_arguments(own):
     """Whether a public name is called with arguments that can be wrong: no property, no class that functions return."""
     if inspect.isclass(own.found):
-        return own.name in {"Haloes", "LensModel", "LineOfSight", "Observation"}
+        return own.name in {"Haloes", "LensModel", "LineOfSight", "LogPosterior", "Observation"}
     return not isinstance(own.found, property) and not set(inspect.signature(own.found).parameters) <= {"self", *PLAIN}
 
 

@@ -12,7 +12,6 @@ use super::run::{RunStatus, SamplerRun};
 use super::sample::{Chains, Evidence, Problem};
 use super::store::{FitState, FitStore, NoStore};
 use crate::error::{Error, Result};
-use crate::mapping::tidal::LineOfSightModel;
 use crate::monitor::Monitor;
 
 /// What is told of one quantity.
@@ -146,7 +145,7 @@ impl Fit {
     ) -> Result<Self> {
         let modes = state.start(&mut likelihood, &settings, store, monitor)?;
         let start = modes[0].clone();
-        let quantities = |z: &[f64]| quantities(likelihood.model(), z);
+        let quantities = |z: &[f64]| likelihood.model().quantities_at(z);
         let task = monitor.task("sampling", None);
         let (run, status) = loop {
             match &mut state.run {
@@ -184,7 +183,7 @@ impl Fit {
             .and_then(|latent| to_the_top(&counter.watch(&likelihood), latent.to_vec()));
         let evaluations = evaluations + run.evaluations() + counter.evaluations()?;
         let maximum = drawn.filter(|top| top.log_posterior > start.log_posterior).unwrap_or(start);
-        let best_values = quantities(likelihood.model(), &maximum.latent);
+        let best_values = likelihood.model().quantities_at(&maximum.latent);
         let chains = run.chains().without_first(status.early_draws);
         let best_fit = likelihood.model().at_latent(&maximum.latent).0;
         let of_chain = |chain: &Vec<Vec<f64>>, i: usize| -> Vec<f64> {
@@ -247,15 +246,6 @@ impl Fit {
     pub fn draws_of(&self, name: &str) -> Option<&[Vec<f64>]> {
         self.draws.get(self.parameters.iter().position(|p| p.name == name)?).map(Vec::as_slice)
     }
-}
-
-/// The free parameters and, for the full line of sight, the minimal quantities it implies.
-fn quantities(model: &CompiledModel, latent: &[f64]) -> Vec<f64> {
-    let (mut values, _) = model.at_latent(latent);
-    if let Some(LineOfSightModel::Minimal { los, .. }) = model.implied_minimal(&values) {
-        values.extend([los.gamma.re, los.gamma.im, los.omega]);
-    }
-    values
 }
 
 fn expansion_error_arcsec(

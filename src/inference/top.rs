@@ -1,4 +1,4 @@
-//! The highest maximum of a posterior alone, and the normal posterior about it: what a fit has before it samples.
+//! The maxima of a posterior alone, and the normal posterior about one: what a fit has before it samples.
 
 use super::fit_settings::FitSettings;
 use super::likelihood::{ImageLikelihood, Observation};
@@ -8,13 +8,13 @@ use super::store::{FitState, NoStore};
 use crate::error::Result;
 use crate::monitor::Monitor;
 
-/// A maximum and the likelihood whose pixels were refined about it.
+/// The maxima that samplers start from, and the likelihood whose pixels were refined about them.
 #[derive(Debug, Clone)]
 pub struct Top {
     /// The likelihood.
     pub likelihood: ImageLikelihood,
-    /// Its maximum.
-    pub maximum: Maximum,
+    /// Its highest maximum and others apart from it and within 3 in ln p, the highest first; never empty.
+    pub modes: Vec<Maximum>,
     /// Evaluations of the likelihood in the search and at refinements.
     pub evaluations: u64,
 }
@@ -36,8 +36,13 @@ impl Top {
             Some(latent) => FitState::at(climb_from(&likelihood, latent, monitor)?),
             None => FitState::default(),
         };
-        let maximum = state.start(&mut likelihood, settings, &mut NoStore, monitor)?.swap_remove(0);
-        Ok(Self { likelihood, maximum, evaluations: state.evaluations() })
+        let modes = state.start(&mut likelihood, settings, &mut NoStore, monitor)?;
+        Ok(Self { likelihood, modes, evaluations: state.evaluations() })
+    }
+
+    /// The highest maximum.
+    pub fn maximum(&self) -> &Maximum {
+        &self.modes[0]
     }
 }
 

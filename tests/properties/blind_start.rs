@@ -70,6 +70,6 @@ fn integrated_pixels_whose_centres_miss_the_image() {
     }
     assert!(rounds <= 5, "{rounds} rounds, the power law's included");
     let top = |from| Top::find(observation.clone(), model.clone(), &settings, from, &Silent).unwrap();
-    let [blind, from_truth] = [None, Some(truth)].map(|from| top(from).maximum.log_posterior);
+    let [blind, from_truth] = [None, Some(truth)].map(|from| top(from).maximum().log_posterior);
     assert!(blind > from_truth - 1.0, "{blind} from a blind start, {from_truth} from the truth");
 }

@@ -194,6 +194,15 @@ impl CompiledModel {
         free.chain(implied).collect()
     }
 
+    /// Values of [`Self::quantities`] at latent coordinates.
+    pub fn quantities_at(&self, latent: &[f64]) -> Vec<f64> {
+        let (mut values, _) = self.at_latent(latent);
+        if let Some(LineOfSightModel::Minimal { los, .. }) = self.implied_minimal(&values) {
+            values.extend([los.gamma.re, los.gamma.im, los.omega]);
+        }
+        values
+    }
+
     /// The minimal model that the numbers of a full line of sight imply, A_LOS = A_odᵀ A_ds⁻¹ A_os.
     pub fn implied_minimal(&self, free: &[f64]) -> Option<LineOfSightModel> {
         if !self.has_implied_minimal() {

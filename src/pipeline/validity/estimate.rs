@@ -55,7 +55,8 @@ fn try_fit(
     let image = seen.observation();
     let (likelihood, maximum, found, is_converged) = match (estimate, from) {
         (Estimate::Laplace, from) => {
-            let Top { likelihood, maximum, .. } = Top::find(image, model, &settings, from, monitor)?;
+            let Top { likelihood, mut modes, .. } = Top::find(image, model, &settings, from, monitor)?;
+            let maximum = modes.swap_remove(0);
             let found = normal_pair(likelihood.model(), &maximum, SHEAR);
             (likelihood, maximum, found, true)
         }
