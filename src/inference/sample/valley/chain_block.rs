@@ -1,4 +1,4 @@
-//! The draws of one chain in a block: proposals along the valley, each followed by steps across it.
+//! The draws of one chain in a block: proposals along the valley, each with draws across it.
 
 use nalgebra::DVector;
 use rand::RngExt;
@@ -9,7 +9,7 @@ use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
 use super::position::Position;
 use super::surrogate::{APART, KnownMaximum, Surrogate};
-use super::surrogate_moves::{Pace, transition};
+use super::surrogate_moves::transition;
 use crate::inference::likelihood::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES};
 use crate::inference::sample::chains::Chain;
@@ -23,7 +23,6 @@ pub(super) struct Proposals {
     pub density: Option<KernelDensity>,
     /// How t is drawn at each s.
     pub importance: ImportanceDraws,
-    pub pace: Pace,
 }
 
 /// What one chain brings back from a block.
@@ -57,9 +56,6 @@ impl Proposals {
         };
         for _ in (0..draws).take_while(|_| !likelihood.is_cancelled()) {
             self.propose(likelihood, &mut block, &mut rng);
-            for _ in 0..self.importance.steps() {
-                block.position.step(likelihood, &self.axes, &mut rng);
-            }
             block.chain.push(block.position.z.as_slice(), block.position.log_likelihood);
             block.visited.push(block.standing);
         }
@@ -77,7 +73,7 @@ impl Proposals {
     /// One proposal, accepted or not.
     fn propose(&self, likelihood: &dyn LatentLikelihood, block: &mut ChainBlock, rng: &mut ChaCha8Rng) {
         let start = self.surrogate.x(&block.position.s);
-        let (x, surrogate_gain) = transition(&self.surrogate, self.density.as_ref(), self.pace, &start, rng);
+        let (x, surrogate_gain) = transition(&self.surrogate, self.density.as_ref(), &start, rng);
         if x == start {
             return;
         }
@@ -85,11 +81,11 @@ impl Proposals {
         let maximum = match self.maximum(likelihood, &x, &s) {
             Some(Ok(maximum)) => maximum,
             // From there the next search nearby goes on.
-            Some(Err(reached)) if self.pace == Pace::Learning => {
+            Some(Err(reached)) => {
                 block.known.push(KnownMaximum::new(s, &reached));
                 return;
             }
-            _ => return,
+            None => return,
         };
         block.known.push(KnownMaximum::new(s.clone(), &maximum));
         let gain = maximum.log_marginal() - block.position.log_marginal;

@@ -55,12 +55,6 @@ impl ImportanceDraws {
         unit
     }
 
-    /// Steps of t after each proposal: more where one draw of t tells little of the others.
-    pub fn steps(&self) -> usize {
-        const FEWEST: usize = 3;
-        FEWEST.max(self.tries / 2)
-    }
-
     /// ln of the density of draws over that of normal ones.
     pub fn log_excess(&self, unit: &DVector<f64>) -> f64 {
         unit.iter().take(self.tailed()).map(|u| log_tailed(*u)).sum()

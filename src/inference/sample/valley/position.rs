@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::importance::ImportanceDraws;
 use crate::inference::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum};
-use crate::inference::sample::normal::{log_prior, log_sum, normal};
+use crate::inference::sample::normal::{log_prior, log_sum};
 
 /// s with several t, one of which is the chain's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -139,20 +139,6 @@ impl Position {
     pub fn log_weight(&self) -> f64 {
         log_sum([self.log_rest, self.log_own_weight()]) - (self.importance.tries as f64).ln()
     }
-
-    /// A step of the chain's t, accepted by the true density.
-    pub fn step(&mut self, likelihood: &dyn LatentLikelihood, axes: &Axes, rng: &mut impl Rng) {
-        /// Best step for a normal distribution in one dimension (Roberts, Gelman & Gilks 1997, Ann. Appl. Probab. 7, 110),
-        /// and how much smaller it may be: what is steep here may be narrow.
-        const STEP: f64 = 2.4;
-        const SMALLEST: f64 = 0.08;
-        let dimension = self.unit.len();
-        let scale = STEP / (dimension as f64).sqrt() * SMALLEST.powf(rng.random());
-        let there = self.at(likelihood, axes, &self.unit + normal(dimension, rng) * scale);
-        if rng.random::<f64>().ln() < there.log_density() - self.log_density() {
-            *self = there;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -223,22 +209,5 @@ mod tests {
         // ∫p dt = WIDTH over the height ¼ times √(2π · 2) WIDTH/0.6, weights in units of what the normal's top has.
         let integral = 0.6 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());
         assert!((mean * integral - 1.0).abs() < 0.02, "{mean} {integral}");
-    }
-
-    #[test]
-    fn steps_keep_the_true_density_and_the_other_draws() {
-        let mut rng = stream(2, 0, Stage::Sampling, 0);
-        let (axes, mut position, _) = drawn(ImportanceDraws::normal(3), &mut rng);
-        let rest = position.log_rest;
-        const STEPS: usize = 100_000;
-        let squares: f64 = (0..STEPS)
-            .map(|_| {
-                position.step(&LOGISTIC, &axes, &mut rng);
-                (position.z[1] / WIDTH).powi(2)
-            })
-            .sum();
-        let variance = squares / STEPS as f64;
-        assert!((variance / (std::f64::consts::PI.powi(2) / 3.0) - 1.0).abs() < 0.06, "{variance}");
-        assert_eq!(position.log_rest, rest);
     }
 }

@@ -12,7 +12,6 @@ use super::position::Position;
 use super::settings::ValleySettings;
 use super::slow_directions::{slow_directions, widest};
 use super::surrogate::{KnownMaximum, Surrogate};
-use super::surrogate_moves::Pace;
 use crate::error::{Domain, Error, Result};
 use crate::inference::likelihood::{Curvature, LatentLikelihood, NoCurvature};
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES, to_the_top};
@@ -21,11 +20,8 @@ use crate::inference::sample::problem::Problem;
 use crate::inference::sample::sampler::Sampler;
 use crate::numerics::random::{Stage, stream};
 
-/// Rounds of warm-up; fewer are enough once the marginal accepts such a share of every chain's proposals. Where it accepts
-/// nearly all, the surrogate can be trusted.
-const ROUNDS: u64 = 8;
-const FEWER_ROUNDS: (u64, f64) = (5, 0.5);
-const TRUSTED_ROUNDS: (u64, f64) = (4, 0.9);
+/// Rounds of warm-up.
+const ROUNDS: u64 = 2;
 
 /// Everything a block of draws starts from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,7 +95,7 @@ impl Valley {
             .unzip();
         positions.iter().all(|position| position.log_weight().is_finite()).then(|| Self {
             settings,
-            proposals: Proposals { axes, surrogate, density: None, importance, pace: Pace::Learning },
+            proposals: Proposals { axes, surrogate, density: None, importance },
             positions,
             standing,
             visited: vec![],
@@ -171,7 +167,7 @@ impl Sampler for Valley {
     }
 
     fn advance(&mut self, likelihood: &dyn LatentLikelihood, seed: u64, block: u64, chains: &mut Chains) {
-        let is_warm_up = self.proposals.pace == Pace::Learning;
+        let is_warm_up = block <= self.began + ROUNDS;
         let draws = if is_warm_up { self.settings.round_draws } else { self.settings.block_draws };
         let done: Vec<ChainBlock> = (0..self.positions.len())
             .into_par_iter()
@@ -190,18 +186,7 @@ impl Sampler for Valley {
         }
         self.positions = done.iter().map(|chain| chain.position.clone()).collect();
         self.learn(&done);
-        if is_warm_up {
-            let rounds_done = block - self.began;
-            let are_enough = |(rounds, share): (u64, f64)| {
-                rounds_done >= rounds
-                    && done.iter().all(|chain| chain.spreads.len() as f64 > share * draws as f64)
-            };
-            if are_enough(TRUSTED_ROUNDS) {
-                self.proposals.pace = Pace::Trusting;
-            } else if rounds_done >= ROUNDS || are_enough(FEWER_ROUNDS) {
-                self.proposals.pace = Pace::Doubting;
-            }
-        } else {
+        if !is_warm_up {
             chains.chains.iter_mut().zip(done).for_each(|(chain, done)| chain.append(done.chain));
             self.proposals.importance = self.proposals.importance.or_with_tails();
         }
@@ -328,7 +313,7 @@ mod tests {
             let problem = Problem { likelihood: &TWO_MODES, starts, metric: None };
             let mut valley = Valley::start(ValleySettings::default(), 3, &problem).unwrap();
             let mut chains = Chains::new(2, 4, 1);
-            (1..=40).for_each(|block| valley.advance(&TWO_MODES, 3, block, &mut chains));
+            (1..=20).for_each(|block| valley.advance(&TWO_MODES, 3, block, &mut chains));
             let by_chain = chains.coordinate(0);
             let draws = by_chain.concat();
             let crossed = by_chain

@@ -11,7 +11,7 @@ use crate::error::{Domain, Result};
 pub struct ValleySettings {
     /// Independent chains, at least 2.
     pub chains: usize,
-    /// Proposals of a chain in each of the four to eight rounds of warm-up, which teach the surrogate; at least 10.
+    /// Proposals of a chain in each of the two rounds of warm-up, which teach the surrogate; at least 10.
     pub round_draws: usize,
     /// Draws of a chain between two looks at convergence, each of which makes the surrogate again.
     pub block_draws: usize,
