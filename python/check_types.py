@@ -30,6 +30,7 @@ UNTYPED = {
         "coolest",
         "corner",
         "dask",
+        "emcee",
         "h5py",
         "lenstronomy",
         "matplotlib",
