@@ -35,6 +35,7 @@ ORDER = [
     "_ensemble",
     "_observation",
     "_fit",
+    "_log_posterior",
     "_mock",
     "_read",
     "_slsim",
