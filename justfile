@@ -228,6 +228,11 @@ blind-starts:
 composite-starts SEEDS="204":
     cargo run --release --example composite_starts -- 64 {{SEEDS}} | python3 data/oracle/page.py docs/COMPOSITE_STARTS.md "just composite-starts '{{SEEDS}}'"
 
+# samplers beside each other on the same posteriors, from the same starts; writes docs/BAKE_OFF.md
+bake-off OPTIONS="": python
+    .venv/bin/pip install --quiet arviz==0.22.0 walnutpie==0.0.3
+    .venv/bin/python data/oracle/bake_off.py {{OPTIONS}} --folder target/bake_off --summary docs/BAKE_OFF.md
+
 # section 3: 64 images fitted with four models, under two hours on two cores; writes docs/CATALOGUE.md
 catalogue:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue
