@@ -1,7 +1,7 @@
 //! A sampler for posteriors that lie in a curved valley, as those of composite lenses do.
 //!
-//! The image measures some directions T of the model to 1e-4 of their priors and says little of others, S (see
-//! [`crate::inference`]'s `floor`). Among S is also what is measured well but bends the others: where one point stands for a
+//! The image measures some directions T of the model to 1e-4 of their priors and says little of others, S
+//! (`optimise/conditional_maximum.rs`). Among S is also what is measured well but bends the others: where one point stands for a
 //! pixel and its ray meets the cusp of a source, the pixel's flux tells their distance and not the angle, an arc of some
 //! 1e-3 arcsec. No-U-Turn trajectories must then follow the bends of the valley in steps of the
 //! width across it. Here the two are taken apart:
@@ -17,7 +17,7 @@
 //!   the posterior (Roberts & Rosenthal 2007, J. Appl. Probab. 44, 458). Early draws are left out where the
 //!   others converge without them (`run.rs`).
 //! - *Between* valleys: ellipticity and foreground shear turn the same image into two modes with hardly anything between
-//!   them, and a bent valley is followed only in small steps. Of several moves on the surrogate half leap to where chains have
+//!   them, and a bent valley is followed only in small steps. Of sixteen moves on the surrogate half leap to where chains have
 //!   been before, by the density of normal kernels about their draws that have the shape of the valley there.
 //!   Where floors are found far above that at the start, the start was no maximum: all begins again at the top above them.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
