@@ -24,9 +24,9 @@ struct Kernel {
 }
 
 impl KernelDensity {
-    /// Every so many of `draws`, s and the metric −d² ln p/ds² there, at most a thousand; `None` of fewer than ten a coordinate.
+    /// Every so many of `draws`, s and the metric −d² ln p/ds² there, at most 250; `None` of fewer than ten a coordinate.
     pub fn of(draws: &[(&DVector<f64>, &DMatrix<f64>)]) -> Option<Self> {
-        const MOST: usize = 1_000;
+        const MOST: usize = 250;
         const FEWEST_A_COORDINATE: usize = 10;
         let dimension = draws.first()?.0.len();
         if draws.len() < FEWEST_A_COORDINATE * dimension {
@@ -104,7 +104,7 @@ mod tests {
         let of = |count| KernelDensity::of(&vec![(&centre, &metric); count]);
         assert_eq!(of(19), None);
         assert_eq!(of(0), None);
-        assert_eq!(of(2_001).unwrap().kernels.len(), 667);
+        assert_eq!(of(2_001).unwrap().kernels.len(), 223);
         assert_eq!(KernelDensity::of(&[(&centre, &-metric.clone()); 20]), None);
     }
 }

@@ -7,27 +7,25 @@
 //! width across it. Here the two are taken apart:
 //!
 //! - *Along* the valley: the density of s is Laplace's integral over t, ln m(s) = ln p(s, t̂(s)) − ½ ln det H(s), with H the
-//!   curvature over t; the floor t̂ is solved anew for each proposal. Of several maxima over t the highest met counts. Proposals are ends of Hamiltonian trajectories in a
-//!   surrogate for m, made of the floors found so far, so that a way of any length costs one floor at its end (Rasmussen
-//!   2003, Bayesian Statistics 7, 651). On that way each trajectory is accepted by the surrogate s̃ itself; its end is then
-//!   accepted by m(s′) s̃(s)/[m(s) s̃(s′)], which makes the chain exact whatever the surrogate is (Liu 2001, Monte Carlo
-//!   Strategies in Scientific Computing, section 9.4.3).
+//!   curvature over t; the floor t̂ is solved anew for each proposal. Of several maxima over t the highest met counts.
+//!   Proposals are ends of Hamiltonian trajectories in a surrogate for m, made of the floors found so far, so that a way of
+//!   any length costs one floor at its end (Rasmussen 2003, Bayesian Statistics 7, 651). On that way each trajectory is
+//!   accepted by the surrogate s̃ itself; its end is then accepted by m(s′) s̃(s)/[m(s) s̃(s′)], which makes the chain exact
+//!   whatever the surrogate is (Liu 2001, Monte Carlo Strategies in Scientific Computing, section 9.4.3).
 //!   When the surrogate is made again with new floors, each chain's floor is sought again and the t that it did not take are
 //!   drawn again: that leaves (s, t) as they are distributed. Less and less of it is new, so that the chain still tends to
 //!   the posterior (Roberts & Rosenthal 2007, J. Appl. Probab. 44, 458). Early draws are left out where the
 //!   others converge without them (`run.rs`).
 //! - *Between* valleys: ellipticity and foreground shear turn the same image into two modes with hardly anything between
-//!   them, and a bent valley is followed only in small steps. Of sixteen moves on the surrogate half leap to where chains have
+//!   them, and a bent valley is followed only in small steps. Of eight moves on the surrogate half leap to where chains have
 //!   been before, by the density of normal kernels about their draws that have the shape of the valley there.
 //!   Where floors are found far above that at the start, the start was no maximum: all begins again at the top above them.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
-//!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight
-//!   would hold the chain where it is; where weights are very unequal t is drawn with Cauchy tails.
+//!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795).
 
 mod chain_block;
-mod importance;
 mod kernel_density;
 mod neighbours;
 mod position;

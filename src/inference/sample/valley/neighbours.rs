@@ -14,12 +14,14 @@ pub(super) struct Vicinity {
     /// Which of all points are in it, and where they are, as in [`nearest`].
     members: Vec<usize>,
     points: Vec<f64>,
+    /// Which members were nearest last.
+    last: Vec<usize>,
 }
 
 impl Vicinity {
     /// Of nowhere.
     pub fn empty() -> Self {
-        Self { centre: DVector::zeros(0), reach: 0.0, members: vec![], points: vec![] }
+        Self { centre: DVector::zeros(0), reach: 0.0, members: vec![], points: vec![], last: vec![] }
     }
 
     /// The `count` points nearest to y, as [`nearest`] finds them.
@@ -28,31 +30,43 @@ impl Vicinity {
         const SKIN: f64 = 1.5;
         const ROUNDING: f64 = 1e-9;
         if self.centre.len() == y.len() {
-            let near = nearest(&self.points, y.as_slice(), count);
+            // No farther than the farthest of those that were nearest before.
+            let bound = self.last.iter().map(|member| self.squared_distance(*member, y)).fold(0.0, f64::max);
             let moved = (y - &self.centre).norm();
-            if near.last().is_some_and(|last| last.1.sqrt() + moved < (1.0 - ROUNDING) * self.reach) {
-                return near.into_iter().map(|(own, squared)| (self.members[own], squared)).collect();
+            if bound.sqrt() + moved < (1.0 - ROUNDING) * self.reach {
+                let above = (1.0 + ROUNDING) * bound + f64::MIN_POSITIVE;
+                let mut near = nearest(&self.points, y.as_slice(), count, above);
+                self.last = near.iter().map(|(member, _)| *member).collect();
+                near.iter_mut().for_each(|(member, _)| *member = self.members[*member]);
+                return near;
             }
         }
-        let near = nearest(points, y.as_slice(), count);
+        let near = nearest(points, y.as_slice(), count, f64::INFINITY);
         self.reach = near.last().map_or(0.0, |last| SKIN * last.1.sqrt());
         self.centre = y.clone();
         self.members = within(points, y.as_slice(), self.reach * self.reach);
-        let of_coordinate = |all: &[f64]| self.members.iter().map(|member| all[*member]).collect::<Vec<_>>();
-        self.points = points.chunks_exact(points.len() / y.len()).flat_map(of_coordinate).collect();
+        self.points.clear();
+        for coordinates in points.chunks_exact(points.len() / y.len()) {
+            self.points.extend(self.members.iter().map(|member| coordinates[*member]));
+        }
+        self.last = near.iter().filter_map(|(point, _)| self.members.binary_search(point).ok()).collect();
         near
+    }
+
+    fn squared_distance(&self, member: usize, y: &DVector<f64>) -> f64 {
+        self.points.chunks_exact(self.members.len()).zip(y).map(|(all, y)| (all[member] - y).powi(2)).sum()
     }
 }
 
 kernel! {
-    /// The `count` points nearest to x and their squared distances, the nearest first; `points` holds all first coordinates, then
-    /// all second ones, and so on.
-    pub(super) fn nearest(points: &[f64], x: &[f64], count: usize) -> Vec<(usize, f64)> {
+    /// The `count` points nearest to x and their squared distances, the nearest first, of those below a bound; `points` holds all
+    /// first coordinates, then all second ones, and so on.
+    pub(super) fn nearest(points: &[f64], x: &[f64], count: usize, bound: f64) -> Vec<(usize, f64)> {
         /// Distances taken at once; mostly none of so many is small enough.
         const TOGETHER: usize = 64;
         let n = points.len() / x.len();
         let mut nearest: Vec<(usize, f64)> = Vec::with_capacity(count + 1);
-        let mut farthest = f64::INFINITY;
+        let mut farthest = bound;
         for start in (0..n).step_by(TOGETHER) {
             let end = (start + TOGETHER).min(n);
             let mut squared = [0.0; TOGETHER];
@@ -69,7 +83,7 @@ kernel! {
                 if squared < farthest {
                     nearest.insert(nearest.partition_point(|(_, nearer)| *nearer <= squared), (i, squared));
                     nearest.truncate(count);
-                    farthest = nearest.get(count - 1).map_or(f64::INFINITY, |last| last.1);
+                    farthest = nearest.get(count - 1).map_or(bound, |last| last.1);
                 }
             }
         }
@@ -102,8 +116,8 @@ mod tests {
         let squared = |i: usize| (0..3).map(|c| (points[c * 1000 + i] - x[c]).powi(2)).sum::<f64>();
         let mut sorted: Vec<(usize, f64)> = (0..1000).map(|i| (i, squared(i))).collect();
         sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
-        assert_eq!(nearest(&points, &x, 17), sorted[..17]);
-        assert_eq!(nearest(&points[..9], &x, 17).len(), 3);
+        assert_eq!(nearest(&points, &x, 17, f64::INFINITY), sorted[..17]);
+        assert_eq!(nearest(&points[..9], &x, 17, f64::INFINITY).len(), 3);
         // The same along a way through the vicinity of its points.
         let mut vicinity = Vicinity::empty();
         let mut gathered = 0;
@@ -111,7 +125,7 @@ mod tests {
             let x = [0.3, -0.2, 0.1].map(|x| x + 0.002 * f64::from(step));
             let before = vicinity.centre.clone();
             let found = vicinity.nearest(&points, &DVector::from_column_slice(&x), 17);
-            assert_eq!(found, nearest(&points, &x, 17));
+            assert_eq!(found, nearest(&points, &x, 17, f64::INFINITY));
             gathered += usize::from(vicinity.centre != before);
         }
         assert!((2..50).contains(&gathered), "{gathered}");

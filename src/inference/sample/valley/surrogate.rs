@@ -107,15 +107,17 @@ impl Surrogate {
     /// ln m, and its slope by x, which lies in or near the vicinity if there is one.
     pub fn log_marginal(&self, x: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> (f64, DVector<f64>) {
         let (s, y) = (self.s(x), &self.ruler * x);
-        let Neighbours { near, farthest } = self.neighbours(&s, &y, vicinity);
+        let Neighbours { near, slopes, farthest } = self.neighbours(&s, &y, vicinity);
         let value: f64 = near.iter().map(|near| near.weight * near.value).sum();
         let (mut by_s, mut by_y) = (DVector::zeros(x.len()), DVector::zeros(x.len()));
+        let mut by_reach = 0.0;
         for near in &near {
-            by_s.axpy(near.weight, &near.slope, 1.0);
+            by_s.axpy(near.weight, &slopes.column(near.rank), 1.0);
             let by_weight = near.value - value;
-            by_y.axpy(by_weight * near.by_distance, &self.away(&y, (near.floor, near.distance)), 1.0);
-            by_y.axpy(by_weight * near.by_reach, &self.away(&y, farthest), 1.0);
+            self.add_away(&mut by_y, by_weight * near.by_distance, &y, (near.floor, near.distance));
+            by_reach += by_weight * near.by_reach;
         }
+        self.add_away(&mut by_y, by_reach, &y, farthest);
         (value, self.factor.tr_mul(&by_s) + self.ruler.tr_mul(&by_y))
     }
 
@@ -131,9 +133,18 @@ impl Surrogate {
         [together, of(&near[0])]
     }
 
-    /// The direction from a floor at a distance to y.
-    fn away(&self, y: &DVector<f64>, (floor, distance): (usize, f64)) -> DVector<f64> {
-        (y - self.anchors.row(floor).transpose()) / distance
+    /// Adds so many times the direction from a floor at a distance to y.
+    fn add_away(
+        &self,
+        sum: &mut DVector<f64>,
+        times: f64,
+        y: &DVector<f64>,
+        (floor, distance): (usize, f64),
+    ) {
+        let times = times / distance;
+        for ((sum, y), anchor) in sum.iter_mut().zip(y).zip(&self.anchors.row(floor)) {
+            *sum += times * (y - anchor);
+        }
     }
 
     /// The floors nearest to y, the nearest first, with weights (1/r − 1/R)⁴ that add up to one; R, the reach, is the
@@ -148,7 +159,7 @@ impl Surrogate {
         let anchors = self.anchors.as_slice();
         let mut nearest = match vicinity {
             Some(vicinity) => vicinity.nearest(anchors, y, MOST + 1),
-            None => nearest(anchors, y.as_slice(), MOST + 1),
+            None => nearest(anchors, y.as_slice(), MOST + 1, f64::INFINITY),
         };
         let beyond = if nearest.len() > MOST { 1.0 } else { BEYOND };
         let apart = |squared: f64| squared.sqrt().max(TINY);
@@ -157,23 +168,30 @@ impl Surrogate {
         let farthest = (floor, apart(squared));
         nearest.truncate(MOST);
         let reach = beyond * farthest.1;
+        let mut from = DVector::zeros(s.len());
+        let mut slopes = DMatrix::zeros(s.len(), nearest.len());
         let mut near: Vec<Near> = nearest
             .into_iter()
-            .map(|(floor, squared)| {
+            .enumerate()
+            .map(|(rank, (floor, squared))| {
                 let distance = apart(squared);
                 let root = 1.0 / distance - 1.0 / reach;
                 let by_root = 4.0 * root.powi(3);
                 let known = &self.known[floor];
-                let from = s - &known.s;
-                let (bent, slope) = (&known.metric * &from, &known.slope - &self.determinant_slope);
+                s.sub_to(&known.s, &mut from);
+                let mut slope = slopes.column_mut(rank);
+                known.slope.sub_to(&self.determinant_slope, &mut slope);
+                let slope_there = slope.dot(&from);
+                slope.gemv(-1.0, &known.metric, &from, 1.0);
                 Near {
+                    rank,
                     floor,
                     distance,
                     weight: root.powi(4),
                     by_distance: -by_root / (distance * distance),
                     by_reach: by_root * beyond / (reach * reach),
-                    value: known.log_marginal + from.dot(&slope) - 0.5 * from.dot(&bent),
-                    slope: slope - bent,
+                    // A parabola rises as its mean slope says.
+                    value: known.log_marginal + 0.5 * (slope_there + slope.dot(&from)),
                 }
             })
             .collect();
@@ -186,7 +204,7 @@ impl Surrogate {
             near.by_distance /= sum;
             near.by_reach /= sum;
         }
-        Neighbours { near, farthest }
+        Neighbours { near, slopes, farthest }
     }
 
     /// Whether all shapes are those of so many slow and stiff directions.
@@ -207,21 +225,22 @@ impl Surrogate {
     }
 }
 
-/// A floor near to a point: its distance, its share of the weights, the slope of the weight by that distance and by the
-/// distance of the farthest, both over the sum of weights, and its expansion of ln m to the point with the slope there.
+/// A floor near to a point: how many are nearer, its distance, its share of the weights, the slope of the weight by that
+/// distance and by the distance of the farthest, both over the sum of weights, and its expansion of ln m to the point.
 struct Near {
+    rank: usize,
     floor: usize,
     distance: f64,
     weight: f64,
     by_distance: f64,
     by_reach: f64,
     value: f64,
-    slope: DVector<f64>,
 }
 
-/// The nearest floors, and the one beyond them with its distance.
+/// The nearest floors, the slopes of their expansions at the point, a column a rank, and the floor beyond them with its distance.
 struct Neighbours {
     near: Vec<Near>,
+    slopes: DMatrix<f64>,
     farthest: (usize, f64),
 }
 

@@ -19,20 +19,23 @@ pub(super) fn transition(
     start: &DVector<f64>,
     rng: &mut impl Rng,
 ) -> (DVector<f64>, f64) {
-    const MOVES: usize = 16;
+    const MOVES: usize = 8;
     /// About a quarter of a period and more, so that draws depend little on one another.
     const STEPS: RangeInclusive<usize> = 8..=40;
     let mut vicinity = Vicinity::empty();
     let first = SurrogatePoint::at(surrogate, start.clone(), None);
     let mut here = first.clone();
+    // Where no move has been since, from the leap before.
+    let mut drawn_here = None;
     // Every move is drawn alike: leaps and trajectories in a fixed order would not be as likely backwards.
     for _ in 0..MOVES {
         if let Some(density) = density.filter(|_| rng.random()) {
             let s = density.draw(rng);
-            let drawn_more = density.log_density(&s) - density.log_density(&surrogate.s(&here.x));
+            let drawn_there = density.log_density(&s);
+            let before = *drawn_here.get_or_insert_with(|| density.log_density(&surrogate.s(&here.x)));
             let there = SurrogatePoint::at(surrogate, surrogate.x(&s), None);
-            if rng.random::<f64>().ln() < there.log_density - here.log_density - drawn_more {
-                here = there;
+            if rng.random::<f64>().ln() < there.log_density - here.log_density - (drawn_there - before) {
+                (here, drawn_here) = (there, Some(drawn_there));
             }
             continue;
         }
@@ -42,7 +45,7 @@ pub(super) fn transition(
         let end = leapfrog(surrogate, here.clone(), momentum, steps, &mut vicinity);
         let Some((there, momentum)) = end else { continue };
         if rng.random::<f64>().ln() < there.log_density - 0.5 * momentum.norm_squared() - before {
-            here = there;
+            (here, drawn_here) = (there, None);
         }
     }
     (here.x, here.log_density - first.log_density)
