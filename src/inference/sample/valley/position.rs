@@ -4,9 +4,10 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
+use super::importance::ImportanceDraws;
 use crate::inference::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum};
-use crate::inference::sample::normal::{log_prior, log_sum, normal};
+use crate::inference::sample::normal::{log_prior, log_sum};
 
 /// s with several t, one of which is the chain's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,17 +25,9 @@ pub(super) struct Position {
     factor: DMatrix<f64>,
     /// Cᵀ(t − t̂) of the chain's t.
     unit: DVector<f64>,
-    /// ln of the mean weight of all t.
-    pub log_weight: f64,
-}
-
-/// As many draws of t as keep the variance of their mean weight near 10%, when ln w deviates by `spread`: that of one is
-/// exp(spread²) − 1.
-pub(super) fn tries_for_spread(spread: f64) -> usize {
-    const VARIANCE: f64 = 0.1;
-    const FEWEST: f64 = 3.0;
-    const MOST: f64 = 16.0;
-    ((spread * spread).exp_m1() / VARIANCE).ceil().clamp(FEWEST, MOST) as usize
+    /// How the t were drawn, and ln of the sum of the weights of those that are not the chain's.
+    importance: ImportanceDraws,
+    log_rest: f64,
 }
 
 impl Position {
@@ -44,10 +37,11 @@ impl Position {
         axes: &Axes,
         s: DVector<f64>,
         maximum: &ConditionalMaximum,
-        tries: usize,
+        importance: ImportanceDraws,
         rng: &mut impl Rng,
     ) -> (Self, f64) {
-        let position = Self::of(axes, s, maximum);
+        let mut position = Self::of(axes, s, maximum, importance);
+        let tries = importance.tries;
         let drawn = position.others(likelihood, axes, tries, rng);
         let own: Vec<f64> = drawn.iter().map(Self::log_own_weight).collect();
         let all = log_sum(own.iter().copied());
@@ -56,10 +50,13 @@ impl Position {
             rest -= (weight - all).exp();
             rest < 0.0
         });
-        let position = drawn.into_iter().nth(chosen.unwrap_or(0)).unwrap_or(position);
+        let chosen = chosen.unwrap_or(0);
+        position = drawn.into_iter().nth(chosen).unwrap_or(position);
+        position.log_rest =
+            log_sum(own.iter().enumerate().filter(|(i, _)| *i != chosen).map(|(_, weight)| *weight));
         let mean = own.iter().sum::<f64>() / tries as f64;
         let variance = own.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (tries as f64 - 1.0).max(1.0);
-        (Self { log_weight: all - (tries as f64).ln(), ..position }, variance.sqrt())
+        (position, variance.sqrt())
     }
 
     /// The same s and t, seen from a maximum at s that has been sought anew and among other draws about that: how (s, t) are
@@ -69,20 +66,23 @@ impl Position {
         likelihood: &dyn LatentLikelihood,
         axes: &Axes,
         maximum: &ConditionalMaximum,
-        tries: usize,
+        importance: ImportanceDraws,
         rng: &mut impl Rng,
     ) -> Self {
         let [_, t] = axes.coordinates(self.z.as_slice());
-        let mut position = Self::of(axes, self.s, maximum);
-        let others = position.others(likelihood, axes, tries - 1, rng);
-        position.unit = position.factor.tr_mul(&(t - &position.stiff));
-        position = Self { z: self.z, log_likelihood: self.log_likelihood, ..position };
-        let own = others.iter().map(Self::log_own_weight).chain([position.log_own_weight()]);
-        Self { log_weight: log_sum(own) - (tries as f64).ln(), ..position }
+        let position = Self::of(axes, self.s, maximum, importance);
+        let others = position.others(likelihood, axes, importance.tries - 1, rng);
+        Self {
+            unit: position.factor.tr_mul(&(t - &position.stiff)),
+            z: self.z,
+            log_likelihood: self.log_likelihood,
+            log_rest: log_sum(others.iter().map(Self::log_own_weight)),
+            ..position
+        }
     }
 
     /// At the maximum itself, before any t is drawn.
-    fn of(axes: &Axes, s: DVector<f64>, maximum: &ConditionalMaximum) -> Self {
+    fn of(axes: &Axes, s: DVector<f64>, maximum: &ConditionalMaximum, importance: ImportanceDraws) -> Self {
         Self {
             unit: DVector::zeros(maximum.stiff.len()),
             z: axes.at(&s, &maximum.stiff),
@@ -92,7 +92,8 @@ impl Position {
             stiff: maximum.stiff.clone(),
             log_maximum: maximum.log_density,
             factor: maximum.factor.clone(),
-            log_weight: f64::NEG_INFINITY,
+            importance,
+            log_rest: f64::NEG_INFINITY,
         }
     }
 
@@ -104,7 +105,7 @@ impl Position {
         tries: usize,
         rng: &mut impl Rng,
     ) -> Vec<Self> {
-        let mut drawn = || self.at(likelihood, axes, normal(self.unit.len(), rng));
+        let mut drawn = || self.at(likelihood, axes, self.importance.draw(self.unit.len(), rng));
         (0..tries).map(|_| drawn()).collect()
     }
 
@@ -131,7 +132,12 @@ impl Position {
     /// ln w of the chain's t.
     fn log_own_weight(&self) -> f64 {
         let normal = -0.5 * self.unit.norm_squared();
-        self.log_density() - self.log_maximum - normal
+        self.log_density() - self.log_maximum - normal - self.importance.log_excess(&self.unit)
+    }
+
+    /// ln of the mean weight.
+    pub fn log_weight(&self) -> f64 {
+        log_sum([self.log_rest, self.log_own_weight()]) - (self.importance.tries as f64).ln()
     }
 }
 
@@ -158,18 +164,13 @@ mod tests {
 
     const WIDTH: f64 = 0.01;
 
-    fn drawn(tries: usize, rng: &mut impl Rng) -> (Axes, Position, f64) {
+    fn drawn(importance: ImportanceDraws, rng: &mut impl Rng) -> (Axes, Position, f64) {
         let metric = LOGISTIC.curvature(&[0.0, 0.0]).unwrap().metric;
         let axes = Axes::split(&[0.0, 0.0], &metric, 1);
         let s = DVector::from_vec(vec![0.7]);
         let maximum = axes.maximum(&LOGISTIC, &s, DVector::zeros(1), 30).unwrap();
-        let (position, spread) = Position::draw(&LOGISTIC, &axes, s, &maximum, tries, rng);
+        let (position, spread) = Position::draw(&LOGISTIC, &axes, s, &maximum, importance, rng);
         (axes, position, spread)
-    }
-
-    #[test]
-    fn more_tries_where_weights_spread() {
-        assert_eq!([0.0, 0.3, 0.6, 1.0, 3.0].map(tries_for_spread), [3, 3, 5, 16, 16]);
     }
 
     #[test]
@@ -177,15 +178,19 @@ mod tests {
         // ∫p dt = WIDTH and Laplace's integral is √(2π · 2) WIDTH times the height ¼, for the same s.
         let ratio = 1.0 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());
         let rng = &mut stream(1, 0, Stage::Sampling, 0);
-        let normal = drawn(200_000, rng).1.log_weight;
+        let normal = drawn(ImportanceDraws::normal(200_000), rng).1.log_weight();
         assert!((normal - ratio.ln()).abs() < 0.02, "{normal} {}", ratio.ln());
+        let importance = ImportanceDraws::normal(16).or_with_tails();
+        let tailed: Vec<f64> = (0..20_000).map(|_| drawn(importance, rng).1.log_weight()).collect();
+        let tailed = log_sum(tailed.iter().copied()) - 20_000_f64.ln();
+        assert!((tailed - ratio.ln()).abs() < 0.02, "{tailed} {}", ratio.ln());
     }
 
     #[test]
     fn a_renewed_position_of_exact_t_has_one_over_the_integral_as_the_mean_of_one_over_its_weight() {
         let rng = &mut stream(3, 0, Stage::Sampling, 0);
-        const TRIES: usize = 3;
-        let (axes, position, _) = drawn(TRIES, rng);
+        let importance = ImportanceDraws::normal(3);
+        let (axes, position, _) = drawn(importance, rng);
         let mut maximum = axes.maximum(&LOGISTIC, &position.s, DVector::zeros(1), 30).unwrap();
         // As another search may have ended: beside the top, and of another width.
         maximum.stiff[0] += 0.5 * WIDTH;
@@ -198,8 +203,8 @@ mod tests {
             let z = axes.at(&position.s, &t);
             let log_likelihood = LOGISTIC.log_likelihood(z.as_slice());
             let exact = Position { z, log_likelihood, ..position.clone() };
-            let renewed = exact.renewed(&LOGISTIC, &axes, &maximum, TRIES, rng);
-            mean += (-renewed.log_weight).exp() / TIMES as f64;
+            let renewed = exact.renewed(&LOGISTIC, &axes, &maximum, importance, rng);
+            mean += (-renewed.log_weight()).exp() / TIMES as f64;
         }
         // ∫p dt = WIDTH over the height ¼ times √(2π · 2) WIDTH/0.6, weights in units of what the normal's top has.
         let integral = 0.6 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::chain_block::{ChainBlock, Proposals};
+use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
-use super::position::{Position, tries_for_spread};
+use super::position::Position;
 use super::settings::ValleySettings;
 use super::slow_directions::{slow_directions, widest};
 use super::surrogate::{KnownMaximum, Surrogate};
@@ -85,16 +86,16 @@ impl Valley {
             known.extend(around);
         }
         let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&maximum)?, known)?;
-        const TRIES: usize = 8;
+        let importance = ImportanceDraws::normal(8);
         let (positions, standing): (Vec<Position>, Vec<usize>) = (0..settings.chains)
             .map(|chain| {
                 let (number, s, top) = &tops[chain % tops.len()];
-                (Position::draw(likelihood, &axes, s.clone(), top, TRIES, rng).0, *number)
+                (Position::draw(likelihood, &axes, s.clone(), top, importance, rng).0, *number)
             })
             .unzip();
-        positions.iter().all(|position| position.log_weight.is_finite()).then(|| Self {
+        positions.iter().all(|position| position.log_weight().is_finite()).then(|| Self {
             settings,
-            proposals: Proposals { axes, surrogate, density: None, tries: TRIES },
+            proposals: Proposals { axes, surrogate, density: None, importance },
             positions,
             standing,
             visited: vec![],
@@ -141,7 +142,7 @@ impl Valley {
         }
         let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
         if let Some(spread) = median(recent) {
-            proposals.tries = tries_for_spread(spread);
+            proposals.importance = proposals.importance.for_spread(spread);
         }
         // The later half of the draws tells the shape, once they are many.
         let later: Vec<_> = visited[visited.len() / 2..].iter().map(|maximum| &known[*maximum]).collect();
@@ -187,6 +188,7 @@ impl Sampler for Valley {
         self.learn(&done);
         if !is_warm_up {
             chains.chains.iter_mut().zip(done).for_each(|(chain, done)| chain.append(done.chain));
+            self.proposals.importance = self.proposals.importance.or_with_tails();
         }
     }
 

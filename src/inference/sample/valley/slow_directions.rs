@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
 
+use super::importance::ImportanceDraws;
 use super::position::Position;
 use crate::inference::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES};
@@ -36,7 +37,8 @@ pub(super) fn slow_directions(
         let guess = DVector::zeros(axes.stiff_dimension());
         let direction = match axes.maximum(likelihood, &origin, guess, MOST_CURVATURES) {
             Some(maximum) => {
-                let (_, spread) = Position::draw(likelihood, &axes, origin, &maximum, TRIALS, rng);
+                let (_, spread) =
+                    Position::draw(likelihood, &axes, origin, &maximum, ImportanceDraws::normal(TRIALS), rng);
                 if spread < WIDEST_WEIGHTS || axes.slow_dimension() >= MOST_SLOW {
                     return Some((axes, maximum));
                 }
