@@ -11,7 +11,7 @@ use haloray::{Error, Result};
 pub enum SamplerArg {
     /// Hamiltonian Monte Carlo along the floor of the posterior's valley, the rest integrated over; the fastest.
     Valley,
-    /// No-U-Turn sampler, its metric shaped by the Fisher matrix.
+    /// No-U-Turn sampler, its metric shaped by the Fisher matrix; on lenses of stars and halo hardly converges.
     Nuts,
     /// Ensemble slice sampling, as zeus.
     EnsembleSlice,
