@@ -130,4 +130,11 @@ mod tests {
         }
         assert!((2..50).contains(&gathered), "{gathered}");
     }
+
+    #[test]
+    fn the_only_point_is_nearest_to_itself() {
+        let mut vicinity = Vicinity::empty();
+        let mut from = |y: f64| vicinity.nearest(&[0.25], &DVector::from_element(1, y), 17);
+        assert_eq!([0.75, 0.25, 0.25].map(&mut from), [vec![(0, 0.25)], vec![(0, 0.0)], vec![(0, 0.0)]]);
+    }
 }
