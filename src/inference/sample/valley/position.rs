@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn moves_across_follow_the_density_to_its_tails_and_keep_the_rest() {
         const MOVES: usize = 200_000;
-        const BEYOND: f64 = 8.0;
+        const BEYOND: f64 = 4.0;
         let rng = &mut stream(2, 0, Stage::Sampling, 0);
         let (axes, mut position) = drawn(2, rng);
         let rest = position.log_rest;
@@ -218,9 +218,9 @@ mod tests {
         }
         assert_eq!(position.log_rest, rest);
         assert_eq!(position.log_likelihood, LOGISTIC.log_likelihood(position.z.as_slice()));
-        // Both tails of the logistic distribution; the normal draws have 1.5e-8 there.
+        // Both tails of the logistic distribution, 3.6%; normal draws have 0.5% there.
         let (share, exact) = (beyond as f64 / MOVES as f64, 2.0 / (1.0 + BEYOND.exp()));
-        assert!((share / exact - 1.0).abs() < 0.25, "{share} {exact}");
+        assert!((share / exact - 1.0).abs() < 0.1, "{share} {exact}");
     }
 
     #[test]
