@@ -198,10 +198,10 @@ calibration:
     cargo run --release -- study calibration -n 200 --seed 1 -o calibration
     python3 data/oracle/page.py docs/CALIBRATION.md "haloray study calibration -n 200 --seed 1 -o calibration" calibration/result.md
 
-# the same of stars and dark haloes, ten minutes; writes docs/COMPOSITE_CALIBRATION.md
+# the same of stars and dark haloes, an hour; writes docs/COMPOSITE_CALIBRATION.md
 composite-calibration:
-    cargo run --release -- study calibration --model comprehensive -n 200 --seed 4 -o composite_calibration
-    python3 data/oracle/page.py docs/COMPOSITE_CALIBRATION.md "haloray study calibration --model comprehensive -n 200 --seed 4 -o composite_calibration" \
+    cargo run --release -- study calibration --model comprehensive -n 200 --seed 1 -o composite_calibration
+    python3 data/oracle/page.py docs/COMPOSITE_CALIBRATION.md "haloray study calibration --model comprehensive -n 200 --seed 1 -o composite_calibration" \
         composite_calibration/result.md
 
 # what flat priors do to γ_LOS of composite lenses: posteriors beside profile likelihoods, an hour; writes docs/FLAT_PRIORS.md

@@ -5,6 +5,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
 use super::position::Position;
 use super::surrogate::{APART, KnownMaximum, Surrogate};
@@ -20,8 +21,8 @@ pub(super) struct Proposals {
     pub surrogate: Surrogate,
     /// Where chains have been.
     pub density: Option<KernelDensity>,
-    /// Draws of t at each s.
-    pub tries: usize,
+    /// How t is drawn at each s.
+    pub importance: ImportanceDraws,
 }
 
 /// What one chain brings back from a block.
@@ -55,7 +56,6 @@ impl Proposals {
         };
         for _ in (0..draws).take_while(|_| !likelihood.is_cancelled()) {
             self.propose(likelihood, &mut block, &mut rng);
-            block.position.move_across(likelihood, &self.axes, &mut rng);
             block.chain.push(block.position.z.as_slice(), block.position.log_likelihood);
             block.visited.push(block.standing);
         }
@@ -65,7 +65,7 @@ impl Proposals {
     /// A position as the surrogate of this block sees it: what is remembered of it was made with that of the block before.
     fn renewed(&self, likelihood: &dyn LatentLikelihood, from: Position, rng: &mut ChaCha8Rng) -> Position {
         match self.maximum(likelihood, &self.surrogate.x(&from.s), &from.s) {
-            Some(Ok(maximum)) => from.renewed(likelihood, &self.axes, &maximum, self.tries, rng),
+            Some(Ok(maximum)) => from.renewed(likelihood, &self.axes, &maximum, self.importance, rng),
             _ => from,
         }
     }
@@ -92,7 +92,7 @@ impl Proposals {
         if rng.random::<f64>().ln() >= gain - surrogate_gain {
             return;
         }
-        let (position, spread) = Position::draw(likelihood, &self.axes, s, &maximum, self.tries, rng);
+        let (position, spread) = Position::draw(likelihood, &self.axes, s, &maximum, self.importance, rng);
         block.spreads.push(spread);
         if rng.random::<f64>().ln() < position.log_weight() - block.position.log_weight() {
             block.position = position;

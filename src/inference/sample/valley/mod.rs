@@ -23,11 +23,11 @@
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
-//!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight,
-//!   where the density stays high beyond what the curvature tells, would hold the chain; so t also moves at the same s, along
-//!   ellipses (Murray, Adams & MacKay 2010, AISTATS 9, 541).
+//!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight
+//!   would hold the chain where it is; where weights are very unequal t is drawn with Cauchy tails.
 
 mod chain_block;
+mod importance;
 mod kernel_density;
 mod neighbours;
 mod position;

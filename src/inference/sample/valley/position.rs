@@ -1,14 +1,13 @@
 //! Where a chain is: s, and one of several draws of t about the maximum there, weighed by the true density.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
+use super::importance::ImportanceDraws;
 use crate::inference::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum};
-use crate::inference::sample::normal::{log_prior, log_sum, normal};
+use crate::inference::sample::normal::{log_prior, log_sum};
 
 /// s with several t, one of which is the chain's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,8 +25,8 @@ pub(super) struct Position {
     factor: DMatrix<f64>,
     /// Cᵀ(t − t̂) of the chain's t.
     unit: DVector<f64>,
-    /// Number of draws, and ln of the sum of the weights of those that are not the chain's.
-    tries: usize,
+    /// How the t were drawn, and ln of the sum of the weights of those that are not the chain's.
+    importance: ImportanceDraws,
     log_rest: f64,
 }
 
@@ -38,10 +37,11 @@ impl Position {
         axes: &Axes,
         s: DVector<f64>,
         maximum: &ConditionalMaximum,
-        tries: usize,
+        importance: ImportanceDraws,
         rng: &mut impl Rng,
     ) -> (Self, f64) {
-        let mut position = Self::of(axes, s, maximum, tries);
+        let mut position = Self::of(axes, s, maximum, importance);
+        let tries = importance.tries;
         let drawn = position.others(likelihood, axes, tries, rng);
         let own: Vec<f64> = drawn.iter().map(Self::log_own_weight).collect();
         let all = log_sum(own.iter().copied());
@@ -66,12 +66,12 @@ impl Position {
         likelihood: &dyn LatentLikelihood,
         axes: &Axes,
         maximum: &ConditionalMaximum,
-        tries: usize,
+        importance: ImportanceDraws,
         rng: &mut impl Rng,
     ) -> Self {
         let [_, t] = axes.coordinates(self.z.as_slice());
-        let position = Self::of(axes, self.s, maximum, tries);
-        let others = position.others(likelihood, axes, tries - 1, rng);
+        let position = Self::of(axes, self.s, maximum, importance);
+        let others = position.others(likelihood, axes, importance.tries - 1, rng);
         Self {
             unit: position.factor.tr_mul(&(t - &position.stiff)),
             z: self.z,
@@ -82,7 +82,7 @@ impl Position {
     }
 
     /// At the maximum itself, before any t is drawn.
-    fn of(axes: &Axes, s: DVector<f64>, maximum: &ConditionalMaximum, tries: usize) -> Self {
+    fn of(axes: &Axes, s: DVector<f64>, maximum: &ConditionalMaximum, importance: ImportanceDraws) -> Self {
         Self {
             unit: DVector::zeros(maximum.stiff.len()),
             z: axes.at(&s, &maximum.stiff),
@@ -92,7 +92,7 @@ impl Position {
             stiff: maximum.stiff.clone(),
             log_maximum: maximum.log_density,
             factor: maximum.factor.clone(),
-            tries,
+            importance,
             log_rest: f64::NEG_INFINITY,
         }
     }
@@ -105,29 +105,8 @@ impl Position {
         tries: usize,
         rng: &mut impl Rng,
     ) -> Vec<Self> {
-        let mut drawn = || self.at(likelihood, axes, normal(self.unit.len(), rng));
+        let mut drawn = || self.at(likelihood, axes, self.importance.draw(self.unit.len(), rng));
         (0..tries).map(|_| drawn()).collect()
-    }
-
-    /// Moves the chain's t at the same s, and leaves p(t | s) as it is: along an ellipse through it and a normal t, to a weight
-    /// above a level below its own (elliptical slice sampling, Murray, Adams & MacKay 2010, AISTATS 9, 541).
-    pub fn move_across(&mut self, likelihood: &dyn LatentLikelihood, axes: &Axes, rng: &mut impl Rng) {
-        // The bracket is then below the rounding of t.
-        const MOST_HALVINGS: usize = 100;
-        let aside = normal(self.unit.len(), rng);
-        let level = self.log_own_weight() + rng.random::<f64>().ln();
-        let mut angle = TAU * rng.random::<f64>();
-        let mut bracket = [angle - TAU, angle];
-        for _ in 0..MOST_HALVINGS {
-            let unit = &self.unit * angle.cos() + &aside * angle.sin();
-            let moved = self.at(likelihood, axes, unit);
-            if moved.log_own_weight() >= level {
-                *self = moved;
-                return;
-            }
-            bracket[usize::from(angle > 0.0)] = angle;
-            angle = bracket[0] + (bracket[1] - bracket[0]) * rng.random::<f64>();
-        }
     }
 
     /// The same with another t.
@@ -153,12 +132,12 @@ impl Position {
     /// ln w of the chain's t.
     fn log_own_weight(&self) -> f64 {
         let normal = -0.5 * self.unit.norm_squared();
-        self.log_density() - self.log_maximum - normal
+        self.log_density() - self.log_maximum - normal - self.importance.log_excess(&self.unit)
     }
 
     /// ln of the mean weight.
     pub fn log_weight(&self) -> f64 {
-        log_sum([self.log_rest, self.log_own_weight()]) - (self.tries as f64).ln()
+        log_sum([self.log_rest, self.log_own_weight()]) - (self.importance.tries as f64).ln()
     }
 }
 
@@ -185,13 +164,13 @@ mod tests {
 
     const WIDTH: f64 = 0.01;
 
-    fn drawn(tries: usize, rng: &mut impl Rng) -> (Axes, Position) {
+    fn drawn(importance: ImportanceDraws, rng: &mut impl Rng) -> (Axes, Position, f64) {
         let metric = LOGISTIC.curvature(&[0.0, 0.0]).unwrap().metric;
         let axes = Axes::split(&[0.0, 0.0], &metric, 1);
         let s = DVector::from_vec(vec![0.7]);
         let maximum = axes.maximum(&LOGISTIC, &s, DVector::zeros(1), 30).unwrap();
-        let (position, _) = Position::draw(&LOGISTIC, &axes, s, &maximum, tries, rng);
-        (axes, position)
+        let (position, spread) = Position::draw(&LOGISTIC, &axes, s, &maximum, importance, rng);
+        (axes, position, spread)
     }
 
     #[test]
@@ -199,34 +178,19 @@ mod tests {
         // ∫p dt = WIDTH and Laplace's integral is √(2π · 2) WIDTH times the height ¼, for the same s.
         let ratio = 1.0 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());
         let rng = &mut stream(1, 0, Stage::Sampling, 0);
-        let weight = drawn(200_000, rng).1.log_weight();
-        assert!((weight - ratio.ln()).abs() < 0.02, "{weight} {}", ratio.ln());
-    }
-
-    #[test]
-    fn moves_across_follow_the_density_to_its_tails_and_keep_the_rest() {
-        const MOVES: usize = 200_000;
-        const BEYOND: f64 = 4.0;
-        let rng = &mut stream(2, 0, Stage::Sampling, 0);
-        let (axes, mut position) = drawn(2, rng);
-        let rest = position.log_rest;
-        let mut beyond = 0;
-        for _ in 0..MOVES {
-            position.move_across(&LOGISTIC, &axes, rng);
-            assert_eq!(position.s[0], 0.7);
-            beyond += usize::from(position.z[1].abs() > BEYOND * WIDTH);
-        }
-        assert_eq!(position.log_rest, rest);
-        assert_eq!(position.log_likelihood, LOGISTIC.log_likelihood(position.z.as_slice()));
-        // Both tails of the logistic distribution, 3.6%; normal draws have 0.5% there.
-        let (share, exact) = (beyond as f64 / MOVES as f64, 2.0 / (1.0 + BEYOND.exp()));
-        assert!((share / exact - 1.0).abs() < 0.1, "{share} {exact}");
+        let normal = drawn(ImportanceDraws::normal(200_000), rng).1.log_weight();
+        assert!((normal - ratio.ln()).abs() < 0.02, "{normal} {}", ratio.ln());
+        let importance = ImportanceDraws::normal(16).or_with_tails();
+        let tailed: Vec<f64> = (0..20_000).map(|_| drawn(importance, rng).1.log_weight()).collect();
+        let tailed = log_sum(tailed.iter().copied()) - 20_000_f64.ln();
+        assert!((tailed - ratio.ln()).abs() < 0.02, "{tailed} {}", ratio.ln());
     }
 
     #[test]
     fn a_renewed_position_of_exact_t_has_one_over_the_integral_as_the_mean_of_one_over_its_weight() {
         let rng = &mut stream(3, 0, Stage::Sampling, 0);
-        let (axes, position) = drawn(3, rng);
+        let importance = ImportanceDraws::normal(3);
+        let (axes, position, _) = drawn(importance, rng);
         let mut maximum = axes.maximum(&LOGISTIC, &position.s, DVector::zeros(1), 30).unwrap();
         // As another search may have ended: beside the top, and of another width.
         maximum.stiff[0] += 0.5 * WIDTH;
@@ -239,7 +203,7 @@ mod tests {
             let z = axes.at(&position.s, &t);
             let log_likelihood = LOGISTIC.log_likelihood(z.as_slice());
             let exact = Position { z, log_likelihood, ..position.clone() };
-            let renewed = exact.renewed(&LOGISTIC, &axes, &maximum, 3, rng);
+            let renewed = exact.renewed(&LOGISTIC, &axes, &maximum, importance, rng);
             mean += (-renewed.log_weight()).exp() / TIMES as f64;
         }
         // ∫p dt = WIDTH over the height ¼ times √(2π · 2) WIDTH/0.6, weights in units of what the normal's top has.

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::chain_block::{ChainBlock, Proposals};
+use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
 use super::position::Position;
 use super::settings::ValleySettings;
@@ -21,9 +22,6 @@ use crate::numerics::random::{Stage, stream};
 
 /// Rounds of warm-up.
 const ROUNDS: u64 = 2;
-/// Draws of t at each s.
-const FEWEST_TRIES: usize = 2;
-const MOST_TRIES: usize = 8;
 
 /// Everything a block of draws starts from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -88,15 +86,16 @@ impl Valley {
             known.extend(around);
         }
         let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&maximum)?, known)?;
+        let importance = ImportanceDraws::normal(8);
         let (positions, standing): (Vec<Position>, Vec<usize>) = (0..settings.chains)
             .map(|chain| {
                 let (number, s, top) = &tops[chain % tops.len()];
-                (Position::draw(likelihood, &axes, s.clone(), top, MOST_TRIES, rng).0, *number)
+                (Position::draw(likelihood, &axes, s.clone(), top, importance, rng).0, *number)
             })
             .unzip();
         positions.iter().all(|position| position.log_weight().is_finite()).then(|| Self {
             settings,
-            proposals: Proposals { axes, surrogate, density: None, tries: MOST_TRIES },
+            proposals: Proposals { axes, surrogate, density: None, importance },
             positions,
             standing,
             visited: vec![],
@@ -143,7 +142,7 @@ impl Valley {
         }
         let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
         if let Some(spread) = median(recent) {
-            proposals.tries = tries_for(spread);
+            proposals.importance = proposals.importance.for_spread(spread);
         }
         // The later half of the draws tells the shape, once they are many.
         let later: Vec<_> = visited[visited.len() / 2..].iter().map(|maximum| &known[*maximum]).collect();
@@ -189,6 +188,7 @@ impl Sampler for Valley {
         self.learn(&done);
         if !is_warm_up {
             chains.chains.iter_mut().zip(done).for_each(|(chain, done)| chain.append(done.chain));
+            self.proposals.importance = self.proposals.importance.or_with_tails();
         }
     }
 
@@ -246,13 +246,6 @@ fn shape<'a>(points: impl Iterator<Item = &'a DVector<f64>>) -> Option<(DVector<
         covariance.ger(1.0 / columns.ncols() as f64, &offset, &offset, 1.0);
     }
     Some((mean, covariance.cholesky()?.l()))
-}
-
-/// Draws of t whose mean weight has a variance of 10% when ln w deviates by `spread`: that of one is exp(spread²) − 1.
-fn tries_for(spread: f64) -> usize {
-    const VARIANCE: f64 = 0.1;
-    let tries = ((spread * spread).exp_m1() / VARIANCE).ceil();
-    (tries as usize).clamp(FEWEST_TRIES, MOST_TRIES)
 }
 
 fn median(values: &mut [f64]) -> Option<f64> {
@@ -331,11 +324,6 @@ mod tests {
         assert_eq!(share_of_second(&[vec![1.0, 0.0]]), (0.0, 0));
         let (share, crossed) = share_of_second(&[vec![1.0, 0.0], vec![-1.0, 0.0]]);
         assert!((share - 0.3).abs() < 0.05 && crossed == 4, "{share} {crossed}");
-    }
-
-    #[test]
-    fn more_tries_where_weights_spread() {
-        assert_eq!([0.0, 0.3, 0.6, 0.7, 1.0, 30.0].map(tries_for), [2, 2, 5, 7, 8, 8]);
     }
 
     #[test]

@@ -1,27 +1,26 @@
-//! Which directions are followed, and which are integrated over.
+//! Which directions are slow_directions, and which are integrated over.
 
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
 
+use super::importance::ImportanceDraws;
 use super::position::Position;
 use crate::inference::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES};
 use crate::inference::sample::normal::log_prior;
 
-/// Most directions taken as slow because they are wide; while they are few, the next ones too if wider than a share of what
+/// Most directions taken as slow; while they are few, the next ones too if wider than a share of what
 /// counts as wide: in few dimensions the surrogate follows them at no cost.
-const MOST_WIDE: usize = 12;
+const MOST_SLOW: usize = 12;
 const FEW_SLOW: (usize, f64) = (7, 1.0 / 3.0);
 /// Deviation of ln w above which another direction is followed.
-const WIDEST_WEIGHTS: f64 = 1.0;
-/// Most directions followed for any reason.
-const MOST_SLOW: usize = 16;
+const WIDEST_WEIGHTS: f64 = 0.7;
 
 /// Number of principal axes to follow: those wider than `width`, and more where they are few.
 pub(super) fn widest(width: f64, metric: &DMatrix<f64>) -> usize {
     let (few, share) = FEW_SLOW;
     let wide = Axes::wider_than(width, metric);
-    wide.max(Axes::wider_than(share * width, metric).min(few)).clamp(1, metric.nrows().min(MOST_WIDE))
+    wide.max(Axes::wider_than(share * width, metric).min(few)).clamp(1, metric.nrows().min(MOST_SLOW))
 }
 
 /// The axes with more directions taken as slow, each the one along which the posterior is least normal, until the integral
@@ -38,7 +37,8 @@ pub(super) fn slow_directions(
         let guess = DVector::zeros(axes.stiff_dimension());
         let direction = match axes.maximum(likelihood, &origin, guess, MOST_CURVATURES) {
             Some(maximum) => {
-                let (_, spread) = Position::draw(likelihood, &axes, origin, &maximum, TRIALS, rng);
+                let (_, spread) =
+                    Position::draw(likelihood, &axes, origin, &maximum, ImportanceDraws::normal(TRIALS), rng);
                 if spread < WIDEST_WEIGHTS || axes.slow_dimension() >= MOST_SLOW {
                     return Some((axes, maximum));
                 }
