@@ -22,16 +22,32 @@ pub(crate) struct Axes {
     stiff: DMatrix<f64>,
 }
 
+/// Principal axes as columns, and these in the order of their widths, the widest first.
+fn principal_axes(metric: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
+    let eigen = metric.clone().symmetric_eigen();
+    let mut order: Vec<usize> = (0..metric.nrows()).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    (eigen.eigenvectors, order)
+}
+
 impl Axes {
     /// The `slow` widest principal axes of the metric, and the rest.
     pub fn split(origin: &[f64], metric: &DMatrix<f64>, slow: usize) -> Self {
-        let eigen = metric.clone().symmetric_eigen();
-        let mut order: Vec<usize> = (0..origin.len()).collect();
-        order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-        let columns =
-            |of: &[usize]| DMatrix::from_fn(origin.len(), of.len(), |i, j| eigen.eigenvectors[(i, of[j])]);
+        let (vectors, order) = principal_axes(metric);
         let (slow, stiff) = order.split_at(slow);
-        Self { origin: DVector::from_column_slice(origin), slow: columns(slow), stiff: columns(stiff) }
+        Self::of_columns(origin, &vectors, slow, stiff)
+    }
+
+    /// One principal axis of the metric, 0 the widest, and the rest.
+    pub fn along(origin: &[f64], metric: &DMatrix<f64>, number: usize) -> Self {
+        let (vectors, mut order) = principal_axes(metric);
+        let followed = order.remove(number);
+        Self::of_columns(origin, &vectors, &[followed], &order)
+    }
+
+    fn of_columns(origin: &[f64], vectors: &DMatrix<f64>, slow: &[usize], stiff: &[usize]) -> Self {
+        let [slow, stiff] = [slow, stiff].map(|columns| vectors.select_columns(columns));
+        Self { origin: DVector::from_column_slice(origin), slow, stiff }
     }
 
     /// The same with one stiff direction taken as slow.

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::chain_block::{ChainBlock, Proposals};
+use super::ends::ends;
 use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
 use super::position::Position;
@@ -63,8 +64,8 @@ impl Valley {
         Self::about(settings, likelihood, (start, &problem.starts[1..]), &mut rng).ok_or_else(nowhere)
     }
 
-    /// Before warm-up, the chains in turn at the conditional maximum nearest to `start` and at those nearest to the other modes;
-    /// `None` where the posterior has none near `start`.
+    /// Before warm-up, the chains in turn at the conditional maximum nearest to `start`, at those nearest to the other modes and at
+    /// the ends of the valley; `None` where the posterior has none near `start`.
     fn about(
         settings: ValleySettings,
         likelihood: &dyn LatentLikelihood,
@@ -78,7 +79,8 @@ impl Valley {
         let mut known = first_maxima(likelihood, &axes, DVector::zeros(slow), &maximum)?;
         // Each with its number among the known.
         let mut tops = vec![(0, DVector::zeros(slow), maximum.clone())];
-        for mode in modes.iter().filter(|mode| mode.len() == start.len()) {
+        let ends = ends(likelihood, start, &metric);
+        for mode in modes.iter().filter(|mode| mode.len() == start.len()).chain(&ends) {
             let [s, t] = axes.coordinates(mode);
             let Some(top) = axes.maximum(likelihood, &s, t, MOST_CURVATURES) else { continue };
             let Some(around) = first_maxima(likelihood, &axes, s.clone(), &top) else { continue };
