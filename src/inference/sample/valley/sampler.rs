@@ -65,7 +65,7 @@ impl Valley {
     }
 
     /// Before warm-up, the chains in turn at the conditional maximum nearest to `start`, at those nearest to the other modes and at
-    /// the ends of the valley; `None` where the posterior has none near `start`.
+    /// the ends of the valley; `None` where the posterior has none near `start`, or no draw is possible there.
     fn about(
         settings: ValleySettings,
         likelihood: &dyn LatentLikelihood,
@@ -89,13 +89,15 @@ impl Valley {
         }
         let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&maximum)?, known)?;
         let importance = ImportanceDraws::normal(8);
-        let (positions, standing): (Vec<Position>, Vec<usize>) = (0..settings.chains)
-            .map(|chain| {
-                let (number, s, top) = &tops[chain % tops.len()];
-                (Position::draw(likelihood, &axes, s.clone(), top, importance, rng).0, *number)
-            })
-            .unzip();
-        positions.iter().all(|position| position.log_weight().is_finite()).then(|| Self {
+        let mut draw = |(number, s, top): &(usize, DVector<f64>, ConditionalMaximum)| {
+            let (position, _) = Position::draw(likelihood, &axes, s.clone(), top, importance, rng);
+            position.log_weight().is_finite().then_some((position, *number))
+        };
+        // Where no draw is possible a chain begins at the first.
+        let begun =
+            (0..settings.chains).map(|chain| draw(&tops[chain % tops.len()]).or_else(|| draw(&tops[0])));
+        let (positions, standing) = begun.collect::<Option<Vec<(Position, usize)>>>()?.into_iter().unzip();
+        Some(Self {
             settings,
             proposals: Proposals { axes, surrogate, density: None, importance },
             positions,
@@ -326,6 +328,33 @@ mod tests {
         assert_eq!(share_of_second(&[vec![1.0, 0.0]]), (0.0, 0));
         let (share, crossed) = share_of_second(&[vec![1.0, 0.0], vec![-1.0, 0.0]]);
         assert!((share - 0.3).abs() < 0.05 && crossed == 4, "{share} {crossed}");
+    }
+
+    /// The first coordinate measured to 0.1 about 2 or −2, the second to 0.001.
+    const MIRRORED: Known = Known {
+        dimension: 2,
+        log_likelihood: |z| -50.0 * (z[0].abs() - 2.0).powi(2) - 5e5 * z[1] * z[1],
+        slope_and_metric: |z| {
+            let slope = vec![200.0 * z[0].signum() - 101.0 * z[0], -1_000_001.0 * z[1]];
+            let metric = DMatrix::from_diagonal(&DVector::from_vec(vec![101.0, 1_000_001.0]));
+            (DVector::from_vec(slope), metric)
+        },
+    };
+
+    #[test]
+    fn a_chain_begins_at_the_top_where_no_draw_is_possible_at_its_own_beginning() {
+        let begun = |likelihood: Known| {
+            let starts = [vec![1.98, 0.0], vec![-1.98, 0.0]];
+            let problem = Problem { likelihood: &likelihood, starts: &starts, metric: None };
+            let valley = Valley::start(ValleySettings::default(), 1, &problem).unwrap();
+            valley.positions.iter().map(|position| position.z[0].signum()).collect::<Vec<_>>()
+        };
+        assert_eq!(begun(MIRRORED)[1], -1.0);
+        let log_likelihood = |z: &[f64]| match z[0] < 0.0 && z[1].abs() > 1e-12 {
+            true => f64::NEG_INFINITY,
+            false => (MIRRORED.log_likelihood)(z),
+        };
+        assert_eq!(begun(Known { log_likelihood, ..MIRRORED }), [1.0; 4]);
     }
 
     #[test]
