@@ -21,6 +21,8 @@ pub(super) struct Proposals {
     pub surrogate: Surrogate,
     /// Where chains have been.
     pub density: Option<KernelDensity>,
+    /// Of trajectories on the surrogate.
+    pub step: f64,
     /// How t is drawn at each s.
     pub importance: ImportanceDraws,
 }
@@ -35,24 +37,27 @@ pub(super) struct ChainBlock {
     pub visited: Vec<Option<usize>>,
     /// Deviation of ln w at each maximum.
     pub spreads: Vec<f64>,
+    /// With what probabilities trajectories were accepted.
+    pub accepted: Vec<f64>,
 }
 
 impl Proposals {
-    /// A chain's `draws` from a position on.
+    /// A chain's `draws` from a position on, or from another t at the same s where none of them will be kept.
     pub fn chain_block(
         &self,
         likelihood: &dyn LatentLikelihood,
         position: Position,
-        draws: usize,
+        (draws, is_warm_up): (usize, bool),
         mut rng: ChaCha8Rng,
     ) -> ChainBlock {
         let mut block = ChainBlock {
-            position: self.renewed(likelihood, position, &mut rng),
+            position: self.renewed(likelihood, position, is_warm_up, &mut rng),
             chain: Chain::default(),
             known: vec![],
             standing: None,
             visited: vec![],
             spreads: vec![],
+            accepted: vec![],
         };
         for _ in (0..draws).take_while(|_| !likelihood.is_cancelled()) {
             self.propose(likelihood, &mut block, &mut rng);
@@ -62,10 +67,22 @@ impl Proposals {
         block
     }
 
-    /// A position as the surrogate of this block sees it: what is remembered of it was made with that of the block before.
-    fn renewed(&self, likelihood: &dyn LatentLikelihood, from: Position, rng: &mut ChaCha8Rng) -> Position {
+    /// A position as the surrogate of this block sees it: what is remembered of it was made with that of the block before. A t
+    /// that few draws come near to, as there may be before anything is known, would hold the chain; in warm-up t is new too.
+    fn renewed(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        from: Position,
+        is_warm_up: bool,
+        rng: &mut ChaCha8Rng,
+    ) -> Position {
+        let (axes, importance) = (&self.axes, self.importance);
         match self.maximum(likelihood, &self.surrogate.x(&from.s), &from.s) {
-            Some(Ok(maximum)) => from.renewed(likelihood, &self.axes, &maximum, self.importance, rng),
+            Some(Ok(maximum)) if is_warm_up => {
+                let (drawn, _) = Position::draw(likelihood, axes, from.s.clone(), &maximum, importance, rng);
+                if drawn.log_weight().is_finite() { drawn } else { from }
+            }
+            Some(Ok(maximum)) => from.renewed(likelihood, axes, &maximum, importance, rng),
             _ => from,
         }
     }
@@ -73,7 +90,9 @@ impl Proposals {
     /// One proposal, accepted or not.
     fn propose(&self, likelihood: &dyn LatentLikelihood, block: &mut ChainBlock, rng: &mut ChaCha8Rng) {
         let start = self.surrogate.x(&block.position.s);
-        let (x, surrogate_gain) = transition(&self.surrogate, self.density.as_ref(), &start, rng);
+        let moved = transition(&self.surrogate, self.density.as_ref(), &start, self.step, rng);
+        block.accepted.extend(moved.accepted);
+        let x = moved.x;
         if x == start {
             return;
         }
@@ -89,7 +108,7 @@ impl Proposals {
         };
         block.known.push(KnownMaximum::new(s.clone(), &maximum));
         let gain = maximum.log_marginal() - block.position.log_marginal;
-        if rng.random::<f64>().ln() >= gain - surrogate_gain {
+        if rng.random::<f64>().ln() >= gain - moved.gain {
             return;
         }
         let (position, spread) = Position::draw(likelihood, &self.axes, s, &maximum, self.importance, rng);
@@ -126,7 +145,49 @@ impl Proposals {
     pub fn fits(&self, dimension: usize) -> bool {
         let [slow, stiff] = [self.axes.slow_dimension(), self.axes.stiff_dimension()];
         self.axes.fits(dimension)
+            && self.step > 0.0
             && self.surrogate.fits(slow, stiff)
             && self.density.as_ref().is_none_or(|density| density.fits(slow))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::inference::likelihood::known::Known;
+    use crate::inference::sample::valley::surrogate_moves::LONGEST_STEP;
+    use crate::numerics::random::{Stage, stream};
+
+    const WIDTH: f64 = 0.001;
+
+    /// s ~ N(0, 1), and t of Student's kind with one degree of freedom.
+    const CAUCHY: Known = Known {
+        dimension: 2,
+        log_likelihood: |z| 0.5 * z[1] * z[1] - (0.5 * (z[1] / WIDTH).powi(2)).ln_1p(),
+        slope_and_metric: |z| {
+            let precision = WIDTH.powi(-2) / (1.0 + 0.5 * (z[1] / WIDTH).powi(2));
+            let metric = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, precision]));
+            (DVector::from_vec(vec![-z[0], -precision * z[1]]), metric)
+        },
+    };
+
+    #[test]
+    fn a_t_that_no_draw_comes_near_to_holds_no_chain_after_warm_up() {
+        let axes = Axes::split(&[0.0; 2], &CAUCHY.curvature(&[0.0; 2]).unwrap().metric, 1);
+        let origin = DVector::zeros(1);
+        let top = axes.maximum(&CAUCHY, &origin, DVector::zeros(1), MOST_CURVATURES).unwrap();
+        let known = vec![KnownMaximum::new(origin.clone(), &top)];
+        let surrogate = Surrogate::fit(origin.clone(), DMatrix::identity(1, 1), known).unwrap();
+        let importance = ImportanceDraws::normal(3);
+        let astray = ConditionalMaximum { stiff: DVector::from_element(1, 100.0 * WIDTH), ..top };
+        let rng = || stream(1, 0, Stage::Sampling, 0);
+        let (position, _) = Position::draw(&CAUCHY, &axes, origin, &astray, importance, &mut rng());
+        let proposals = Proposals { axes, surrogate, density: None, step: LONGEST_STEP, importance };
+        let end = |is_warm_up| {
+            proposals.chain_block(&CAUCHY, position.clone(), (30, is_warm_up), rng()).position.z[1].abs()
+        };
+        assert!(end(false) > 90.0 * WIDTH && end(true) < 10.0 * WIDTH, "{} {}", end(false), end(true));
     }
 }

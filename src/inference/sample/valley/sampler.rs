@@ -13,6 +13,7 @@ use super::position::Position;
 use super::settings::ValleySettings;
 use super::slow_directions::{slow_directions, widest};
 use super::surrogate::{KnownMaximum, Surrogate};
+use super::surrogate_moves::{LONGEST_STEP, adapted};
 use crate::error::{Domain, Error, Result};
 use crate::inference::likelihood::{Curvature, LatentLikelihood, NoCurvature};
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES, to_the_top};
@@ -99,7 +100,7 @@ impl Valley {
         let (positions, standing) = begun.collect::<Option<Vec<(Position, usize)>>>()?.into_iter().unzip();
         Some(Self {
             settings,
-            proposals: Proposals { axes, surrogate, density: None, importance },
+            proposals: Proposals { axes, surrogate, density: None, step: LONGEST_STEP, importance },
             positions,
             standing,
             visited: vec![],
@@ -177,7 +178,12 @@ impl Sampler for Valley {
             .into_par_iter()
             .map(|chain| {
                 let rng = stream(seed, chain as u64, Stage::Sampling, block);
-                self.proposals.chain_block(likelihood, self.positions[chain].clone(), draws, rng)
+                self.proposals.chain_block(
+                    likelihood,
+                    self.positions[chain].clone(),
+                    (draws, is_warm_up),
+                    rng,
+                )
             })
             .collect();
         if likelihood.is_cancelled() {
@@ -189,6 +195,8 @@ impl Sampler for Valley {
             return;
         }
         self.positions = done.iter().map(|chain| chain.position.clone()).collect();
+        let accepted: Vec<f64> = done.iter().flat_map(|chain| chain.accepted.iter().copied()).collect();
+        self.proposals.step = adapted(self.proposals.step, &accepted, block - self.began);
         self.learn(&done);
         if !is_warm_up {
             chains.chains.iter_mut().zip(done).for_each(|(chain, done)| chain.append(done.chain));

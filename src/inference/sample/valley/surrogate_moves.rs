@@ -10,21 +10,34 @@ use super::neighbours::Vicinity;
 use super::surrogate::Surrogate;
 use crate::inference::sample::normal::normal;
 
-/// Where a chain on the surrogate is after several moves, and by how much ln of the surrogate is larger there than at the
-/// start: Hamiltonian trajectories and, once it is known where chains have been, as many leaps to such places, all accepted by the
-/// surrogate itself.
+/// The longest step of a trajectory in posterior deviations.
+pub(super) const LONGEST_STEP: f64 = 0.1;
+
+/// Where several moves on the surrogate have led.
+pub(super) struct Moved {
+    pub x: DVector<f64>,
+    /// By how much ln of the surrogate is larger there than at the start.
+    pub gain: f64,
+    /// With what probabilities trajectories were accepted.
+    pub accepted: Vec<f64>,
+}
+
+/// Several moves on the surrogate: Hamiltonian trajectories in steps of `step` and, once it is known where chains have been, as
+/// many leaps to such places, all accepted by the surrogate itself.
 pub(super) fn transition(
     surrogate: &Surrogate,
     density: Option<&KernelDensity>,
     start: &DVector<f64>,
+    step: f64,
     rng: &mut impl Rng,
-) -> (DVector<f64>, f64) {
+) -> Moved {
     const MOVES: usize = 8;
     /// About a quarter of a period and more, so that draws depend little on one another.
-    const STEPS: RangeInclusive<usize> = 8..=40;
+    const LENGTHS: RangeInclusive<f64> = 0.8..=4.0;
     let mut vicinity = Vicinity::empty();
     let first = SurrogatePoint::at(surrogate, start.clone(), None);
     let mut here = first.clone();
+    let mut accepted = vec![];
     // Where no move has been since, from the leap before.
     let mut drawn_here = None;
     // Every move is drawn alike: leaps and trajectories in a fixed order would not be as likely backwards.
@@ -41,14 +54,19 @@ pub(super) fn transition(
         }
         let momentum = normal(start.len(), rng);
         let before = here.log_density - 0.5 * momentum.norm_squared();
-        let steps = rng.random_range(STEPS);
-        let end = leapfrog(surrogate, here.clone(), momentum, steps, &mut vicinity);
-        let Some((there, momentum)) = end else { continue };
-        if rng.random::<f64>().ln() < there.log_density - 0.5 * momentum.norm_squared() - before {
+        let steps = (rng.random_range(LENGTHS) / step).round() as usize;
+        let end = leapfrog(surrogate, here.clone(), momentum, step, steps, &mut vicinity);
+        let gain = |(there, momentum): &(SurrogatePoint, DVector<f64>)| {
+            there.log_density - 0.5 * momentum.norm_squared() - before
+        };
+        let gain = end.as_ref().map(gain).filter(|gain| !gain.is_nan());
+        let probability = gain.map_or(0.0, |gain| gain.exp().min(1.0));
+        accepted.push(probability);
+        if let Some((there, _)) = end.filter(|_| rng.random::<f64>() < probability) {
             (here, drawn_here) = (there, None);
         }
     }
-    (here.x, here.log_density - first.log_density)
+    Moved { x: here.x, gain: here.log_density - first.log_density, accepted }
 }
 
 /// x with the logarithm of the surrogate and its slope.
@@ -71,22 +89,36 @@ fn leapfrog(
     surrogate: &Surrogate,
     mut point: SurrogatePoint,
     mut momentum: DVector<f64>,
+    step: f64,
     steps: usize,
     vicinity: &mut Vicinity,
 ) -> Option<(SurrogatePoint, DVector<f64>)> {
-    /// In posterior deviations, as is the edge of what is known.
-    const STEP: f64 = 0.1;
+    /// In posterior deviations, as steps are.
     const EDGE: f64 = 14.0;
     for _ in 0..steps {
-        momentum.axpy(0.5 * STEP, &point.slope, 1.0);
-        let x = point.x + &momentum * STEP;
+        momentum.axpy(0.5 * step, &point.slope, 1.0);
+        let x = point.x + &momentum * step;
         if x.iter().any(|x| x.is_nan() || x.abs() > EDGE) {
             return None;
         }
         point = SurrogatePoint::at(surrogate, x, Some(vicinity));
-        momentum.axpy(0.5 * STEP, &point.slope, 1.0);
+        momentum.axpy(0.5 * step, &point.slope, 1.0);
     }
     Some((point, momentum))
+}
+
+/// The step of trajectories on the surrogate after the `block`th block: shorter where few of them are accepted, and changed by ever less (Robbins &
+/// Monro 1951, Ann. Math. Stat. 22, 400).
+pub(super) fn adapted(step: f64, accepted: &[f64], block: u64) -> f64 {
+    /// Of the four or more of a proposal, one and a half.
+    const WANTED: f64 = 0.35;
+    const SHORTEST_STEP: f64 = 0.005;
+    if accepted.is_empty() {
+        return step;
+    }
+    let mean = accepted.iter().sum::<f64>() / accepted.len() as f64;
+    let gain = 2.0 / (block as f64).sqrt();
+    (step * (gain * (mean - WANTED)).exp()).clamp(SHORTEST_STEP, LONGEST_STEP)
 }
 
 #[cfg(test)]
@@ -121,9 +153,9 @@ mod tests {
         let mut rng = stream(1, 0, Stage::Sampling, 0);
         let mut here = DVector::from_vec(vec![0.5]);
         let step = |_| {
-            let (there, surrogate_gain) = transition(surrogate, Some(density), &here, &mut rng);
-            if rng.random::<f64>().ln() < wanted(there[0]) - wanted(here[0]) - surrogate_gain {
-                here = there;
+            let moved = transition(surrogate, Some(density), &here, LONGEST_STEP, &mut rng);
+            if rng.random::<f64>().ln() < wanted(moved.x[0]) - wanted(here[0]) - moved.gain {
+                here = moved.x;
             }
             here[0]
         };
@@ -139,6 +171,18 @@ mod tests {
         let draws: Vec<_> = draws.map(|x| DVector::from_vec(vec![x])).collect();
         let metric = DMatrix::identity(1, 1);
         KernelDensity::of(&draws.iter().map(|x| (x, &metric)).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn steps_are_shorter_where_few_trajectories_are_accepted_and_settle() {
+        assert_eq!(adapted(0.02, &[], 1), 0.02);
+        assert_eq!(adapted(LONGEST_STEP, &[0.9, 1.0], 1), LONGEST_STEP);
+        let [first, later] = [1, 100].map(|block| adapted(0.1, &[0.1, 0.0], block));
+        assert!(first < 0.06 && later > 0.09 && later < 0.1, "{first} {later}");
+        // Accepted as exp(−step/0.02): 35% at 0.021.
+        let settled =
+            (1..400).fold(LONGEST_STEP, |step, block| adapted(step, &[(-step / 0.02).exp()], block));
+        assert!((settled - 0.021).abs() < 1e-4, "{settled}");
     }
 
     #[test]
