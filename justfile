@@ -239,6 +239,11 @@ catalogue:
     cargo run --release -- study catalogue catalogue
     python3 data/oracle/page.py docs/CATALOGUE.md "haloray study catalogue catalogue" catalogue/study/result.md
 
+# two fits of each of 40 composite lenses that differ in their seed; writes docs/TWO_SEEDS.md, in half an hour
+two-seeds:
+    cargo build --release
+    python3 data/oracle/two_seeds.py --binary target/release/haloray --folder target/two_seeds --summary docs/TWO_SEEDS.md
+
 # the posteriors of four small images beside chains that start at the truth, as the authors' did (docs/PAPER_CATALOGUE.md)
 chains:
     cargo run --release -- mock -n 64 --seed 1 -o catalogue

@@ -10,12 +10,13 @@
 //!   curvature over t; the floor t̂ is solved anew for each proposal. Of several maxima over t the highest met counts.
 //!   Proposals are ends of Hamiltonian trajectories in a surrogate for m, made of the floors found so far, so that a way of
 //!   any length costs one floor at its end (Rasmussen 2003, Bayesian Statistics 7, 651). On that way each trajectory is
-//!   accepted by the surrogate s̃ itself; its end is then accepted by m(s′) s̃(s)/[m(s) s̃(s′)], which makes the chain exact
-//!   whatever the surrogate is (Liu 2001, Monte Carlo Strategies in Scientific Computing, section 9.4.3).
+//!   accepted by the surrogate s̃ itself, in steps so short that enough are; its end is then accepted by
+//!   m(s′) s̃(s)/[m(s) s̃(s′)], which makes the chain exact whatever the surrogate is (Liu 2001, Monte Carlo Strategies in
+//!   Scientific Computing, section 9.4.3).
 //!   When the surrogate is made again with new floors, each chain's floor is sought again and the t that it did not take are
 //!   drawn again: that leaves (s, t) as they are distributed. Less and less of it is new, so that the chain still tends to
-//!   the posterior (Roberts & Rosenthal 2007, J. Appl. Probab. 44, 458). Early draws are left out where the
-//!   others converge without them (`run.rs`).
+//!   the posterior (Roberts & Rosenthal 2007, J. Appl. Probab. 44, 458). Warm-up, of which no draw is kept, has new t for each
+//!   block. Early draws are left out where the others converge without them (`run.rs`).
 //! - *Between* valleys: ellipticity and foreground shear turn the same image into two modes with hardly anything between
 //!   them, and a bent valley is followed only in small steps. Of eight moves on the surrogate half leap to where chains have
 //!   been before, by the density of normal kernels about their draws that have the shape of the valley there.

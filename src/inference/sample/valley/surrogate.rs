@@ -51,6 +51,8 @@ pub(super) struct Surrogate {
     centre: DVector<f64>,
     factor: DMatrix<f64>,
     known: Vec<KnownMaximum>,
+    /// The highest ln m known.
+    top: f64,
     /// d(½ ln det)/ds.
     determinant_slope: DVector<f64>,
     /// y of x, in which distances are measured, and y of each floor, a row a floor.
@@ -83,7 +85,7 @@ impl Surrogate {
         let determinants = known.iter().map(|k| k.half_log_determinant);
         let mut determinant_slope = plane(&weights, &x, &DVector::from_iterator(known.len(), determinants))?;
         factor.tr_solve_lower_triangular_mut(&mut determinant_slope);
-        Some(Self { centre, factor, known, determinant_slope, ruler, anchors })
+        Some(Self { centre, factor, known, top, determinant_slope, ruler, anchors })
     }
 
     /// Centre and scale: x = F⁻¹(s − c).
@@ -150,12 +152,15 @@ impl Surrogate {
     /// The floors nearest to y, the nearest first, with weights (1/r − 1/R)⁴ that add up to one; R, the reach, is the
     /// distance of the next. The weights are steep as expansions to second order err by the third power of r.
     ///
-    /// Floors whose expansions are low are left out: they lie on lower maxima of ln p over t.
+    /// Floors whose expansions are low are left out: they lie on lower maxima of ln p over t. So are those whose expansions are far
+    /// above all that is known, as from a steep slope: beside them all others are low, and no chain is let to where they lead.
     fn neighbours(&self, s: &DVector<f64>, y: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> Neighbours {
         const MOST: usize = 16;
         const TINY: f64 = 1e-6;
         /// R of the farthest floor's distance, where no other floor is known.
         const BEYOND: f64 = 2.0;
+        /// Most that is believed above the highest floor known.
+        const HIGHER: f64 = 5.0;
         let anchors = self.anchors.as_slice();
         let mut nearest = match vicinity {
             Some(vicinity) => vicinity.nearest(anchors, y, MOST + 1),
@@ -195,6 +200,10 @@ impl Surrogate {
                 }
             })
             .collect();
+        let is_believed = |near: &Near| near.value <= self.top + HIGHER;
+        if near.iter().any(is_believed) {
+            near.retain(is_believed);
+        }
         let highest = near.iter().map(|near| near.value).fold(f64::NEG_INFINITY, f64::max);
         // One that is not a number stays, so that some floor does: a move there is refused.
         near.retain(|near| near.value >= highest - APART || near.value.is_nan());
@@ -343,13 +352,26 @@ mod tests {
         for s in [-1.3_f64, 0.0, 0.02, 0.9, 2.0] {
             let x = DVector::from_element(1, s);
             let (value, slope) = surrogate.log_marginal(&x, None);
-            assert!(
-                (value + 0.5 * s * s).abs() < 1e-9 && (slope[0] + s).abs() < 1e-9,
-                "{s}: {value} {slope}"
-            );
+            assert!((value + 0.5 * s * s).abs().max((slope[0] + s).abs()) < 1e-9, "{s}: {value} {slope}");
             let stiff = surrogate.stiff(&x);
             assert!(stiff.iter().all(|t| (t[0] - s.sin()).abs() < 0.05), "{s}: {stiff:?}");
         }
+    }
+
+    #[test]
+    fn expansions_that_promise_the_impossible_do_not_count() {
+        // ln m = −s²/2, and beside it a steep slope on another maximum, 10 lower, whose expansion rises by 450.
+        let at = |s: f64, low: f64, slope| known(vec![s], low, vec![slope], DMatrix::identity(1, 1));
+        let mut floors: Vec<_> =
+            (-10..=10).map(|i| 0.3 * f64::from(i)).map(|s| at(s, -0.5 * s * s, -s)).collect();
+        floors.push(at(0.5, -10.0, 30.0));
+        let value = |floors, s| {
+            let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors).unwrap();
+            surrogate.log_marginal(&DVector::from_element(1, s), None).0
+        };
+        assert!((value(floors.clone(), 1.3) + 0.845).abs() < 1e-3, "{}", value(floors, 1.3));
+        // Where nothing else is known, the promise stands.
+        assert!(value(vec![at(0.0, -10.0, 30.0)], 2.0) > 40.0);
     }
 
     #[test]
