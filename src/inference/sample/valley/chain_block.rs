@@ -9,7 +9,7 @@ use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
 use super::position::Position;
 use super::surrogate::{APART, KnownMaximum, Surrogate};
-use super::surrogate_moves::transition;
+use super::surrogate_moves::{LONGEST_STEP, SHORTEST_STEP, transition};
 use crate::inference::likelihood::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES};
 use crate::inference::sample::chains::Chain;
@@ -145,7 +145,7 @@ impl Proposals {
     pub fn fits(&self, dimension: usize) -> bool {
         let [slow, stiff] = [self.axes.slow_dimension(), self.axes.stiff_dimension()];
         self.axes.fits(dimension)
-            && self.step > 0.0
+            && (SHORTEST_STEP..=LONGEST_STEP).contains(&self.step)
             && self.surrogate.fits(slow, stiff)
             && self.density.as_ref().is_none_or(|density| density.fits(slow))
     }
@@ -157,7 +157,6 @@ mod tests {
 
     use super::*;
     use crate::inference::likelihood::known::Known;
-    use crate::inference::sample::valley::surrogate_moves::LONGEST_STEP;
     use crate::numerics::random::{Stage, stream};
 
     const WIDTH: f64 = 0.001;

@@ -1,6 +1,6 @@
 //! The ends of the valley, where chains begin besides its top. Chains learn from one another: if all begin at the top, they may
-//! all stay in one part of a long valley and agree on that (R-hat). From points as far apart as draws get they agree on all of it or
-//! not at all (Gelman & Rubin 1992, Statistical Science 7, 457).
+//! all stay in one part of a long valley and agree on that (R-hat). From points as far apart as draws get they do so less often (Gelman &
+//! Rubin 1992, Statistical Science 7, 457).
 
 use nalgebra::{DMatrix, DVector};
 

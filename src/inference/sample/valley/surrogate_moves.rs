@@ -10,8 +10,9 @@ use super::neighbours::Vicinity;
 use super::surrogate::Surrogate;
 use crate::inference::sample::normal::normal;
 
-/// The longest step of a trajectory in posterior deviations.
+/// The longest and the shortest step of a trajectory in posterior deviations.
 pub(super) const LONGEST_STEP: f64 = 0.1;
+pub(super) const SHORTEST_STEP: f64 = 0.005;
 
 /// Where several moves on the surrogate have led.
 pub(super) struct Moved {
@@ -107,12 +108,11 @@ fn leapfrog(
     Some((point, momentum))
 }
 
-/// The step of trajectories on the surrogate after the `block`th block: shorter where few of them are accepted, and changed by ever less (Robbins &
-/// Monro 1951, Ann. Math. Stat. 22, 400).
+/// The step of trajectories on the surrogate after the `block`th block: shorter where few of them are accepted, and changed by
+/// ever less (Robbins & Monro 1951, Ann. Math. Stat. 22, 400).
 pub(super) fn adapted(step: f64, accepted: &[f64], block: u64) -> f64 {
-    /// Of the four or more of a proposal, one and a half.
+    /// Of the four of a proposal, on average, between one and two.
     const WANTED: f64 = 0.35;
-    const SHORTEST_STEP: f64 = 0.005;
     if accepted.is_empty() {
         return step;
     }
