@@ -38,11 +38,15 @@ impl Axes {
         Self::of_columns(origin, &vectors, slow, stiff)
     }
 
-    /// One principal axis of the metric, 0 the widest, and the rest.
-    pub fn along(origin: &[f64], metric: &DMatrix<f64>, number: usize) -> Self {
+    /// The principal axis of the metric that is most along `heading`, s growing that way, and the rest.
+    pub fn along(origin: &[f64], metric: &DMatrix<f64>, heading: &DVector<f64>) -> Self {
         let (vectors, mut order) = principal_axes(metric);
-        let followed = order.remove(number);
-        Self::of_columns(origin, &vectors, &[followed], &order)
+        let cosines = vectors.tr_mul(heading);
+        let followed = cosines.iamax();
+        order.retain(|axis| *axis != followed);
+        let mut axes = Self::of_columns(origin, &vectors, &[followed], &order);
+        axes.slow *= cosines[followed].signum();
+        axes
     }
 
     fn of_columns(origin: &[f64], vectors: &DMatrix<f64>, slow: &[usize], stiff: &[usize]) -> Self {
@@ -63,6 +67,11 @@ impl Axes {
     /// Number of principal axes wider than `width`.
     pub fn wider_than(width: f64, metric: &DMatrix<f64>) -> usize {
         metric.symmetric_eigenvalues().iter().filter(|value| value.sqrt() * width < 1.0).count()
+    }
+
+    /// S, a column a direction.
+    pub fn slow(&self) -> &DMatrix<f64> {
+        &self.slow
     }
 
     /// Number of coordinates s.

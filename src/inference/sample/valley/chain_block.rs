@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
+use super::known_maximum::KnownMaximum;
 use super::position::Position;
-use super::surrogate::{APART, KnownMaximum, Surrogate};
+use super::surrogate::{APART, Surrogate};
 use super::surrogate_moves::{LONGEST_STEP, SHORTEST_STEP, transition};
 use crate::inference::likelihood::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES};

@@ -20,7 +20,8 @@
 //! - *Between* valleys: ellipticity and foreground shear turn the same image into two modes with hardly anything between
 //!   them, and a bent valley is followed only in small steps. Of eight moves on the surrogate half leap to where chains have
 //!   been before, by the density of normal kernels about their draws that have the shape of the valley there.
-//!   Chains begin in all modes that the start has met and at the ends of the valley (`ends.rs`).
+//!   Chains begin in all modes that the start has met and at the ends of profiles of ln p along its widest
+//!   directions, on which the first floors are sought (`profiles.rs`).
 //!   Where floors are found far above that at the start, the start was no maximum: all begins again at the top above them.
 //! - *Across* it: t ~ N(t̂, H⁻¹), weighted by w = p(s, t)/[m(s) N(t; t̂, H⁻¹)]. The mean weight of several such t is an
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
@@ -29,11 +30,12 @@
 //!   would hold the chain where it is; where weights are very unequal t is drawn with Cauchy tails.
 
 mod chain_block;
-mod ends;
 mod importance;
 mod kernel_density;
+mod known_maximum;
 mod neighbours;
 mod position;
+mod profiles;
 mod sampler;
 mod settings;
 mod slow_directions;

@@ -6,13 +6,14 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::chain_block::{ChainBlock, Proposals};
-use super::ends::ends;
 use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
+use super::known_maximum::KnownMaximum;
 use super::position::Position;
+use super::profiles::profiles;
 use super::settings::ValleySettings;
 use super::slow_directions::{slow_directions, widest};
-use super::surrogate::{KnownMaximum, Surrogate};
+use super::surrogate::Surrogate;
 use super::surrogate_moves::{LONGEST_STEP, adapted};
 use crate::error::{Domain, Error, Result};
 use crate::inference::likelihood::{Curvature, LatentLikelihood, NoCurvature};
@@ -66,7 +67,7 @@ impl Valley {
     }
 
     /// Before warm-up, the chains in turn at the conditional maximum nearest to `start`, at those nearest to the other modes and at
-    /// the ends of the valley; `None` where the posterior has none near `start`, or no draw is possible there.
+    /// the ends of profiles; `None` where the posterior has none near `start`, or no draw is possible there.
     fn about(
         settings: ValleySettings,
         likelihood: &dyn LatentLikelihood,
@@ -80,10 +81,17 @@ impl Valley {
         let mut known = first_maxima(likelihood, &axes, DVector::zeros(slow), &maximum)?;
         // Each with its number among the known.
         let mut tops = vec![(0, DVector::zeros(slow), maximum.clone())];
-        let ends = ends(likelihood, start, &metric);
-        for mode in modes.iter().filter(|mode| mode.len() == start.len()).chain(&ends) {
-            let [s, t] = axes.coordinates(mode);
-            let Some(top) = axes.maximum(likelihood, &s, t, MOST_CURVATURES) else { continue };
+        let floor_at = |z: &[f64]| {
+            let [s, t] = axes.coordinates(z);
+            axes.maximum(likelihood, &s, t, MOST_CURVATURES).map(|floor| (s, floor))
+        };
+        let profiles = profiles(likelihood, start, &metric, maximum.log_density);
+        let ends = profiles.iter().filter_map(|points| points.last());
+        for z in profiles.iter().flat_map(|points| &points[..points.len() - 1]) {
+            known.extend(floor_at(z).map(|(s, floor)| KnownMaximum::new(s, &floor)));
+        }
+        for mode in modes.iter().filter(|mode| mode.len() == start.len()).chain(ends) {
+            let Some((s, top)) = floor_at(mode) else { continue };
             let Some(around) = first_maxima(likelihood, &axes, s.clone(), &top) else { continue };
             tops.push((known.len(), s, top));
             known.extend(around);

@@ -3,43 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
+use super::known_maximum::KnownMaximum;
 use super::neighbours::{Vicinity, nearest};
-use crate::inference::optimise::ConditionalMaximum;
-
-/// What is remembered of a floor while the surrogate is made.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct KnownMaximum {
-    pub s: DVector<f64>,
-    /// ln m = ln p on the floor − ½ ln det.
-    log_marginal: f64,
-    /// ½ ln det.
-    half_log_determinant: f64,
-    slope: DVector<f64>,
-    /// −d² ln p/ds² along the floor.
-    pub metric: DMatrix<f64>,
-    /// t̂.
-    pub stiff: DVector<f64>,
-    bend: DMatrix<f64>,
-}
-
-impl KnownMaximum {
-    pub fn new(s: DVector<f64>, floor: &ConditionalMaximum) -> Self {
-        Self {
-            s,
-            log_marginal: floor.log_marginal(),
-            half_log_determinant: floor.half_log_determinant(),
-            slope: floor.slope.clone(),
-            metric: floor.metric.clone(),
-            stiff: floor.stiff.clone(),
-            bend: floor.bend.clone(),
-        }
-    }
-
-    /// ln p on the floor.
-    pub fn log_density(&self) -> f64 {
-        self.log_marginal + self.half_log_determinant
-    }
-}
 
 /// Interpolated expansions about the nearest floors (Franke & Little's weights, squared; Renka 1988, ACM Trans. Math.
 /// Softw. 14, 139): of ln m to second order, the slope of ½ ln det that of a plane through all floors, and of t̂ to first order.
@@ -58,6 +23,8 @@ pub(super) struct Surrogate {
     /// y of x, in which distances are measured, and y of each floor, a row a floor.
     ruler: DMatrix<f64>,
     anchors: DMatrix<f64>,
+    /// Largest |x| of what counts as known.
+    edge: f64,
 }
 
 /// ln m of floors that are further apart than expansions err lie on different maxima of ln p over t.
@@ -67,6 +34,8 @@ impl Surrogate {
     /// From what is known, `centre` and `factor` (lower triangular) giving the scale x = F⁻¹(s − c); `None` for matrices
     /// that are not positive definite.
     pub fn fit(centre: DVector<f64>, factor: DMatrix<f64>, known: Vec<KnownMaximum>) -> Option<Self> {
+        /// From the farthest floor, in posterior deviations.
+        const EDGE: f64 = 14.0;
         let d = centre.len();
         let top = known.iter().map(|k| k.log_marginal).fold(f64::NEG_INFINITY, f64::max);
         // What lies far below the top hardly matters, and bends in its own way.
@@ -82,10 +51,11 @@ impl Surrogate {
             known.iter().map(|k| factor.solve_lower_triangular(&(&k.s - &centre))).collect();
         let x = DMatrix::from_columns(&x?);
         let anchors = (&ruler * &x).transpose();
+        let edge = EDGE + x.amax();
         let determinants = known.iter().map(|k| k.half_log_determinant);
         let mut determinant_slope = plane(&weights, &x, &DVector::from_iterator(known.len(), determinants))?;
         factor.tr_solve_lower_triangular_mut(&mut determinant_slope);
-        Some(Self { centre, factor, known, top, determinant_slope, ruler, anchors })
+        Some(Self { centre, factor, known, top, determinant_slope, ruler, anchors, edge })
     }
 
     /// Centre and scale: x = F⁻¹(s − c).
@@ -104,6 +74,11 @@ impl Surrogate {
         // The factor of a positive-definite matrix has no zero on its diagonal.
         self.factor.solve_lower_triangular_mut(&mut x);
         x
+    }
+
+    /// Whether x lies so near to what is known that expansions may be trusted to lead back.
+    pub fn reaches(&self, x: &DVector<f64>) -> bool {
+        x.iter().all(|x| x.abs() <= self.edge)
     }
 
     /// ln m, and its slope by x, which lies in or near the vicinity if there is one.

@@ -94,12 +94,10 @@ fn leapfrog(
     steps: usize,
     vicinity: &mut Vicinity,
 ) -> Option<(SurrogatePoint, DVector<f64>)> {
-    /// In posterior deviations, as steps are.
-    const EDGE: f64 = 14.0;
     for _ in 0..steps {
         momentum.axpy(0.5 * step, &point.slope, 1.0);
         let x = point.x + &momentum * step;
-        if x.iter().any(|x| x.is_nan() || x.abs() > EDGE) {
+        if !surrogate.reaches(&x) {
             return None;
         }
         point = SurrogatePoint::at(surrogate, x, Some(vicinity));
@@ -128,7 +126,7 @@ mod tests {
     use super::*;
     use crate::inference::optimise::ConditionalMaximum;
     use crate::inference::sample::normal::log_sum;
-    use crate::inference::sample::valley::surrogate::KnownMaximum;
+    use crate::inference::sample::valley::known_maximum::KnownMaximum;
     use crate::numerics::random::{Stage, stream};
 
     /// Of ln p and its slope, known at 41 points, and the curvature of −ln p.
