@@ -4,11 +4,12 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::number_text::{number_text, probability_text};
+use super::fit_warnings::{at_edge, warnings};
+use super::number_text::probability_text;
 use super::page::{RunRecord, stage_page};
 use super::staged::{Drawing, stage_figures, stage_json, stage_text};
 use crate::error::Result;
-use crate::inference::{Fit, ParameterSummary, Profile, UnsampledMaximum, negative_lights};
+use crate::inference::{Fit, ParameterSummary, Profile};
 use crate::io::{PosteriorVariable, Provenance, RunFile, Staging, TIMINGS, write_posterior};
 use crate::plot::figures::{
     CornerParameter, CornerPosterior, GridData, ProfileCurve, TraceParameter, corner, profiles,
@@ -116,41 +117,6 @@ impl FitSummary {
             profiles: Vec::new(),
         }
     }
-}
-
-/// Names of the parameters whose interval reaches an edge of their prior.
-fn at_edge(fit: &Fit) -> impl Iterator<Item = &str> {
-    fit.parameters.iter().filter(|p| !p.bounded).map(|p| p.name.as_str())
-}
-
-fn warnings(fit: &Fit) -> Vec<String> {
-    let mut warnings = fit.doubts.clone();
-    warnings.extend(fit.goodness.doubts(fit.chi2_reduced()));
-    warnings.extend(negative_lights(&fit.likelihood, &fit.image));
-    if !fit.status.is_converged {
-        warnings.push("the chains have not converged: draws do not yet stand for the posterior".into());
-    }
-    if let Some(UnsampledMaximum { below, outside: (name, value) }) = &fit.unsampled {
-        /// Less than this is nothing.
-        const LOWER: f64 = 0.05;
-        let at = format!("{name} = {}", number_text(*value, 4));
-        warnings.push(match *below {
-            below if below < LOWER => format!(
-                "the highest maximum lies where no draw comes, at {at}: it is narrow, or the chains have missed it; fit again with \
-                 another --seed, or with a narrower prior, to see it"
-            ),
-            below => format!(
-                "another maximum is only {below:.1} lower in ln p, at {at}, where no draw comes: intervals describe one of the \
-                 two; fit again with another --seed, or with a narrower prior, to see it"
-            ),
-        });
-    }
-    let at_edge: Vec<&str> = at_edge(fit).collect();
-    if !at_edge.is_empty() {
-        let names = at_edge.join(", ");
-        warnings.push(format!("at the edge of their priors, which decide there and not the image: {names}"));
-    }
-    warnings
 }
 
 /// The figure, with a line over its first panel that says so where the model does not describe the image.

@@ -6,6 +6,7 @@ mod ensemble_figures;
 mod ensemble_folder;
 mod exposure_figure;
 mod fit_folder;
+mod fit_warnings;
 mod number_text;
 mod page;
 mod run_figures;

@@ -106,6 +106,7 @@ pub const ORDERS: [Order; 8] = [
             "catalogue_report",
             "run_figures",
             "run_folder",
+            "fit_warnings",
             "fit_folder",
         ],
     },
