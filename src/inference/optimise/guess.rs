@@ -21,8 +21,9 @@ const FAR: f64 = 1.0;
 pub(super) const ROUNDS_NEAR: u64 = 3;
 /// Scatter of the natural logarithms of the masses that share the Einstein radius of the simpler model.
 const DIVISION: f64 = 1.0;
-/// Foreground shear of a usual line of sight.
+/// Foreground shear of a usual line of sight, and a component of a usual ellipticity.
 const SHEAR: f64 = 0.05;
+const ELLIPTICITY: f64 = 0.1;
 
 /// What a fit says beforehand.
 #[derive(Debug)]
@@ -56,8 +57,8 @@ impl Known {
         Some(Self { values, einstein_radius_arcsec, maximum: None })
     }
 
-    /// Whether guess number `number` is the maximum itself with its lens turned, or with another slope and foreground shear.
-    pub(super) fn turns(&self, number: u64) -> bool {
+    /// Whether guess number `number` is the maximum itself with another ellipticity of its lens or another foreground shear.
+    pub(super) fn changes(&self, number: u64) -> bool {
         self.maximum.is_some() && number % SHAPES == 2
     }
 
@@ -75,8 +76,8 @@ impl Known {
 }
 
 /// Guess number `number` from the image, or, two times of three, from what is known, the Einstein radius shared by the masses
-/// in random parts. Every other of those from a maximum of the model itself is that maximum with its lens turned, or with another
-/// slope and foreground shear.
+/// in random parts. Every other of those from a maximum of the model itself is that maximum with another ellipticity of its lens or
+/// another foreground shear.
 pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u64, number: u64) -> Vec<f64> {
     let observation = likelihood.observation();
     // Of a ring as wide as this the corners show a piece.
@@ -91,17 +92,17 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
     let mut rng = stream(seed, number, Stage::Start, 0);
     let mut random = || -> f64 { StandardNormal.sample(&mut rng) };
     let spread = if number / (RADII * SHAPES) >= ROUNDS_NEAR { FAR } else { NEAR };
-    if let Some(maximum) = known.filter(|known| known.turns(number)).and_then(|known| known.maximum.as_ref())
+    if let Some(maximum) =
+        known.filter(|known| known.changes(number)).and_then(|known| known.maximum.as_ref())
     {
-        let mut normal = || Complex::new(random(), random()).scale(std::f64::consts::FRAC_1_SQRT_2);
-        let (turn, shear, scatter) = match number / SHAPES % RADII {
-            0 => (-Complex::ONE, Complex::ZERO, 0.0),
-            shape if shape.is_multiple_of(2) => (normal().scale(NEAR) - 1.0, Complex::ZERO, NEAR),
-            shape if shape % 4 == 1 => (normal(), Complex::ZERO, FAR),
-            _ => (Complex::ONE, normal().scale(SHEAR), FAR),
+        let mut normal = |scale: f64| Complex::new(scale * random(), scale * random());
+        let (change, scatter) = match number / SHAPES % RADII {
+            0 => (Change::turned(-Complex::ONE), 0.0),
+            shape if shape % 4 == 2 => (Change::turned(normal(NEAR) - 1.0), NEAR),
+            shape if shape % 4 == 3 => (Change::sheared(normal(SHEAR)), FAR),
+            _ => (Change::to_ellipticity(normal(ELLIPTICITY)), FAR),
         };
-        let change = (turn, shear);
-        let latent = turned(likelihood.model(), maximum, (einstein_radius, change), || scatter * random());
+        let latent = changed(likelihood.model(), maximum, (einstein_radius, change), || scatter * random());
         return with_einstein_radius(likelihood, latent, einstein_radius);
     }
     let free = likelihood.model().free.iter();
@@ -129,17 +130,40 @@ pub(super) fn guess(likelihood: &ImageLikelihood, known: Option<&Known>, seed: u
     with_einstein_radius(likelihood, latent, einstein_radius)
 }
 
-/// A maximum with its lens's ellipticities e1 + i e2 times one complex number (−1 turns by 90°), the slopes scattered, and the
-/// foreground shear that leaves the lens its quadrupole, or one that differs from it by a second number.
+/// What becomes of the ellipticities e = e1 + i e2 of a maximum's lens, `turn` e + `ellipticity` (a turn of −1 is one by 90°), and of
+/// the foreground shear besides what makes up for that.
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    turn: Complex<f64>,
+    ellipticity: Complex<f64>,
+    shear: Complex<f64>,
+}
+
+impl Change {
+    fn turned(turn: Complex<f64>) -> Self {
+        Self { turn, ellipticity: Complex::ZERO, shear: Complex::ZERO }
+    }
+
+    fn to_ellipticity(ellipticity: Complex<f64>) -> Self {
+        Self { ellipticity, ..Self::turned(Complex::ZERO) }
+    }
+
+    fn sheared(shear: Complex<f64>) -> Self {
+        Self { shear, ..Self::turned(Complex::ONE) }
+    }
+}
+
+/// A maximum with the ellipticities of its lens changed, the slopes scattered, and the foreground shear that leaves the lens its
+/// quadrupole, or one that differs from it.
 ///
 /// Ellipticity and foreground shear make nearly the same images in several ways, between which climbs find no path. Behind
 /// a shear γ_od the potential of a lens is ψ(θ) − θ_E² Re(γ_od e^(−2iφ)) on its Einstein ring: if its quadrupole there
 /// changes by δψ₂, a change δγ_od = δψ₂/θ_E² takes that back, (3 − γ)/(5 − γ) of the change of e for a power law. The
 /// line-of-sight shear, which an image knows best, stays. Where no foreground shear is free the line of sight begins empty.
-fn turned(
+fn changed(
     model: &CompiledModel,
     maximum: &[f64],
-    (einstein_radius, (turn, shear)): (f64, (Complex<f64>, Complex<f64>)),
+    (einstein_radius, change): (f64, Change),
     mut scattered: impl FnMut() -> f64,
 ) -> Vec<f64> {
     let values = model.at_latent(maximum).0;
@@ -147,8 +171,8 @@ fn turned(
         (Part::Lens, Role::Ellipticity) => {
             let (stem, component) = parameter.name.split_at(parameter.name.len() - 1);
             let of = |component| model.value_of(&format!("{stem}{component}"), &values).unwrap_or(0.0);
-            let turned = turn * Complex::new(of(1), of(2));
-            latent_of(parameter, if component == "1" { turned.re } else { turned.im })
+            let e = change.turn * Complex::new(of(1), of(2)) + change.ellipticity;
+            latent_of(parameter, if component == "1" { e.re } else { e.im })
         }
         (Part::Lens, Role::Shape) => *z + scattered(),
         _ => *z,
@@ -156,9 +180,9 @@ fn turned(
     let mut latent: Vec<f64> = model.free.iter().zip(maximum).map(value).collect();
     let has_foreground = model.free.iter().any(|parameter| FOREGROUND.contains(&parameter.name.as_str()));
     let quadrupole = |values: &[f64]| Some(quadrupole(&model.lenses(values).ok()?, einstein_radius));
-    let change = quadrupole(&values).zip(quadrupole(&model.at_latent(&latent).0));
-    let shear = [shear.re, shear.im];
-    let change = change
+    let shear = [change.shear.re, change.shear.im];
+    let foreground = quadrupole(&values)
+        .zip(quadrupole(&model.at_latent(&latent).0))
         .map(|(before, after)| [0, 1].map(|c| shear[c] + (after[c] - before[c]) / einstein_radius.powi(2)));
     for ((parameter, value), z) in model.free.iter().zip(values).zip(&mut latent) {
         if parameter.part != Part::LineOfSight {
@@ -166,10 +190,10 @@ fn turned(
         }
         let name = parameter.name.as_str();
         let place = |names: [&str; 2]| names.iter().position(|own| *own == name);
-        *z = match (change, place(FOREGROUND), place(BACKGROUND)) {
-            (Some(change), Some(c), _) => latent_of(parameter, value + change[c]),
+        *z = match (foreground, place(FOREGROUND), place(BACKGROUND)) {
+            (Some(shear), Some(c), _) => latent_of(parameter, value + shear[c]),
             // γ_LOS = γ_od + γ_os − γ_ds.
-            (Some(change), _, Some(c)) if has_foreground => latent_of(parameter, value - change[c]),
+            (Some(shear), _, Some(c)) if has_foreground => latent_of(parameter, value - shear[c]),
             (Some(_), ..) if has_foreground => *z,
             _ => match parameter.parameter.guess {
                 Guess::Fixed(value) => latent_of(parameter, value),
@@ -248,11 +272,11 @@ fn half_light_radius(observation: &Observation) -> f64 {
 }
 
 /// What the first climb from guess number `number` holds: the line of sight and the Sérsic indices of the sources; nothing of a
-/// lens that was turned, whose line of sight goes with it.
+/// lens that was changed, whose line of sight goes with it.
 pub(super) fn held_at_first(likelihood: &ImageLikelihood, known: Option<&Known>, number: u64) -> Vec<bool> {
-    let is_turned = known.is_some_and(|known| known.turns(number));
+    let is_changed = known.is_some_and(|known| known.changes(number));
     let is_held = |parameter: &FreeParameter| match (parameter.part, parameter.parameter.role) {
-        (Part::LineOfSight, _) | (Part::Source, Role::Shape) => !is_turned,
+        (Part::LineOfSight, _) | (Part::Source, Role::Shape) => !is_changed,
         _ => false,
     };
     likelihood.model().free.iter().map(is_held).collect()
@@ -264,7 +288,7 @@ mod tests {
     use crate::inference::model::ModelDescription;
 
     #[test]
-    fn a_turned_power_law_has_the_quadrupole_it_had_and_the_line_of_sight_shear() {
+    fn a_changed_power_law_has_the_quadrupole_it_had_and_the_line_of_sight_shear() {
         let model = CompiledModel::new(&ModelDescription::built_in("tidal-minimal").unwrap()).unwrap();
         let place = |name: &str| model.free.iter().position(|own| own.name == name).unwrap();
         let mut values = model.at_latent(&vec![0.0; model.free.len()]).0;
@@ -284,20 +308,22 @@ mod tests {
         let latent: Vec<f64> =
             model.free.iter().zip(&values).map(|(own, value)| own.prior.to_latent(*value)).collect();
         let some = Complex::new(0.02, -0.01);
-        for (turn, besides) in [(-Complex::ONE, Complex::ZERO), (Complex::new(0.3, -0.8), some)] {
-            let turned = model.at_latent(&turned(&model, &latent, (1.5, (turn, besides)), || 0.0)).0;
+        let by_all =
+            Change { turn: Complex::new(0.3, -0.8), ellipticity: Complex::new(-0.01, 0.02), shear: some };
+        for change in [Change::turned(-Complex::ONE), by_all] {
+            let changed = model.at_latent(&changed(&model, &latent, (1.5, change), || 0.0)).0;
             let number = |values: &[f64], names: [&str; 2]| {
                 let [re, im] = names.map(|name| values[place(name)]);
                 Complex::new(re, im)
             };
-            let [e, e_turned] = [&values, &turned].map(|values| number(values, ["lens.e1", "lens.e2"]));
-            let [shear, shear_turned] = [&values, &turned].map(|values| number(values, FOREGROUND));
-            assert!((e_turned - turn * e).norm() < 1e-9);
+            let [e, e_changed] = [&values, &changed].map(|values| number(values, ["lens.e1", "lens.e2"]));
+            let [shear, shear_changed] = [&values, &changed].map(|values| number(values, FOREGROUND));
+            assert!((e_changed - change.turn * e - change.ellipticity).norm() < 1e-9);
             // To first order in e.
-            let of_shear = (shear_turned - shear - besides) / (e_turned - e);
-            assert!((of_shear + (3.0 - 2.4) / (5.0 - 2.4)).norm() < 2e-3, "{turn} {of_shear}");
+            let of_shear = (shear_changed - shear - change.shear) / (e_changed - e);
+            assert!((of_shear + (3.0 - 2.4) / (5.0 - 2.4)).norm() < 2e-3, "{change:?} {of_shear}");
             for same in ["gamma1_los", "gamma2_los", "omega_los", "lens.gamma", "lens.theta_E"] {
-                assert!((turned[place(same)] - values[place(same)]).abs() < 1e-12, "{same}");
+                assert!((changed[place(same)] - values[place(same)]).abs() < 1e-12, "{same}");
             }
         }
     }

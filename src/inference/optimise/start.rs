@@ -41,10 +41,10 @@ const OF_NOISE: f64 = 3.0;
 /// guessed around its prior median, in later rounds all over its prior. Rounds of guesses go on until the highest maximum so far
 /// has been reached from two of them, and for a round at least for each of the deviations by which its χ² is above one.
 /// Then, and in every other round from the fourth on, it is challenged: in a round of guesses with its Einstein radius a third
-/// begins anew, a third with its lights but another lens, a third with its lens turned and the foreground shear that makes up
-/// for it, or with another slope and foreground shear; what climbs back is followed no further. The maximum is taken when nothing higher is found so, in two rounds if its
-/// χ² is above what noise leaves, else the search goes on. After ten rounds that is enough even if nothing has been reached
-/// twice; thirty end the search.
+/// begins anew, a third with its lights but another lens, a third with its lens turned or of another ellipticity and the
+/// foreground shear that makes up for it, or with another slope and foreground shear; what climbs back is followed no further.
+/// The maximum is taken when nothing higher is found so, in two rounds if its χ² is above what noise leaves, else the search goes
+/// on. After ten rounds that is enough even if nothing has been reached twice; thirty end the search.
 ///
 /// Where pixels are to be integrated they are sampled at their centres in the first round, then as the highest maximum so far
 /// needs it: whenever a round has found a higher one they are sampled anew about that, and all climbs begin again.
@@ -207,18 +207,6 @@ impl StartSearch {
         Ok(likelihood)
     }
 
-    /// The highest maxima, no more than two of a kind.
-    fn followed(&self) -> Vec<Maximum> {
-        let mut followed: Vec<Maximum> = vec![];
-        for maximum in &self.finals {
-            let alike = followed.iter().filter(|other| !other.is_apart_from(maximum)).count();
-            if alike < 2 && followed.len() < FINALISTS {
-                followed.push(maximum.clone());
-            }
-        }
-        followed
-    }
-
     /// Samples pixels anew about the highest maximum, and climbs to the top again from all that are followed.
     ///
     /// # Errors
@@ -237,7 +225,7 @@ impl StartSearch {
         };
         let own = counter.watch(&likelihood);
         let again = |maximum: Maximum| to_the_top(&own, maximum.latent);
-        let finals: Vec<Maximum> = self.followed().into_par_iter().filter_map(again).collect();
+        let finals: Vec<Maximum> = two_of_a_kind(&self.finals).into_par_iter().filter_map(again).collect();
         if !finals.is_empty() {
             *self = Self { finals, is_found_twice: false, withstood: 0, ..next };
             self.sort();
@@ -314,12 +302,12 @@ fn search_round(
     let easier = easier::of_round(likelihood, round);
     let easier: Vec<CountedLikelihood> = easier.iter().map(|easier| counter.watch(easier)).collect();
     let own = counter.watch(likelihood);
-    let is_turned = |number: &u64| known.is_some_and(|known| known.turns(*number));
+    let is_changed = |number: &u64| known.is_some_and(|known| known.changes(*number));
     let numbers = round * RADII * SHAPES..(round + 1) * RADII * SHAPES;
-    let (turned, others): (Vec<u64>, Vec<u64>) = numbers.partition(is_turned);
+    let (changed, others): (Vec<u64>, Vec<u64>) = numbers.partition(is_changed);
     let mut finals = Vec::new();
-    // A maximum that is known, its lens turned or changed, needs nothing easier; each kind has its own finalists.
-    for (numbers, easier) in [(turned, [].as_slice()), (others, easier.as_slice())] {
+    // A maximum that is known and was changed needs nothing easier; each kind has its own finalists.
+    for (numbers, easier) in [(changed, [].as_slice()), (others, easier.as_slice())] {
         let first = easier.first().unwrap_or(&own);
         // First with the line of sight as it is guessed and the sources smooth.
         let smooth = numbers
@@ -342,7 +330,19 @@ fn search_round(
         let best = best(free, FINALISTS).into_par_iter();
         finals.par_extend(best.filter_map(|start| climb_through(easier, &own, start.latent)));
     }
-    best(finals, FINALISTS)
+    two_of_a_kind(&best(finals, 2 * FINALISTS))
+}
+
+/// Of maxima, the highest first, the finalists: no more than two of a kind, so that lower modes are met too.
+fn two_of_a_kind(maxima: &[Maximum]) -> Vec<Maximum> {
+    let mut finalists: Vec<Maximum> = vec![];
+    for maximum in maxima {
+        let alike = finalists.iter().filter(|other| !other.is_apart_from(maximum)).count();
+        if alike < 2 && finalists.len() < FINALISTS {
+            finalists.push(maximum.clone());
+        }
+    }
+    finalists
 }
 
 fn best(mut climbs: Vec<Maximum>, most: usize) -> Vec<Maximum> {
