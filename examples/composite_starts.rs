@@ -1,6 +1,8 @@
-//! Do blind starts of composite lenses end as high as climbs from the truth? Systems of `haloray mock`, model `comprehensive`.
+//! Do blind starts of composite lenses end as high as climbs from the truth, and meet the modes that are nearly as high? Systems
+//! of `haloray mock`, model `comprehensive`, each started with two seeds.
 //!
-//! A start is on a wrong maximum if its ln p is more than 1 below that of a climb that begins at the truth.
+//! A start is on a wrong maximum if its ln p is more than 1 below that of a climb that begins at the truth. Modes are maxima within 3 of the
+//! highest that any start of the image has met, with another ellipticity of the halo.
 //!
 //! cargo run --release --example composite_starts -- 64 101 102 103    # 64 systems of each of the seeds
 //! cargo run --release --example composite_starts -- integrated 64 101 # pixels integrated, not sampled at their centres
@@ -29,34 +31,43 @@ fn main() -> Result<()> {
     let ends: Vec<End> = all
         .into_par_iter()
         .map(|(seed, system)| {
-            let settings = FitSettings { pixel_sampling, seed, ..FitSettings::default() };
             let (observation, model, truth) = mock(seed, system, pixel_sampling)?;
-            let top = |from| Top::find(observation.clone(), model.clone(), &settings, from, &Silent);
-            let (from_truth, blind) = (top(Some(truth))?, top(None)?);
+            let top = |seed, from| {
+                let settings = FitSettings { pixel_sampling, seed, ..FitSettings::default() };
+                Top::find(observation.clone(), model.clone(), &settings, from, &Silent)
+            };
+            let (from_truth, blind, again) =
+                (top(seed, Some(truth))?, top(seed, None)?, top(seed + 1, None)?);
+            let modes = modes(&[&blind, &again]);
+            let missed = |start: usize| modes.iter().filter(|met| !met[start]).count();
             let likelihood = &blind.likelihood;
             let values = likelihood.model().at_latent(&blind.maximum().latent).0;
             let chi2 =
                 likelihood.image(&values).map_or(f64::INFINITY, |image| likelihood.chi2_reduced(&image));
             let gain = blind.maximum().log_posterior - from_truth.maximum().log_posterior;
-            let end = End { seed, system, gain, chi2, evaluations: blind.evaluations };
+            let modes = (modes.len(), [missed(0), missed(1)]);
+            let end = End { seed, system, gain, chi2, modes, evaluations: blind.evaluations };
             eprintln!("{}", end.row());
             Ok(end)
         })
         .collect::<Result<_>>()?;
     println!(
-        "| seed | systems | on a wrong maximum | more than 1 higher | largest χ² | median evaluations |"
+        "| seed | systems | on a wrong maximum | more than 1 higher | of several modes | modes missed by one of two starts | largest χ² | median evaluations |"
     );
-    println!("|---:|---:|---:|---:|---:|---:|");
+    println!("|---:|---:|---:|---:|---:|---:|---:|---:|");
     for seed in seeds {
         let own: Vec<&End> = ends.iter().filter(|end| end.seed == *seed).collect();
-        let count = |is: &dyn Fn(f64) -> bool| own.iter().filter(|end| is(end.gain)).count();
+        let count = |is: &dyn Fn(&End) -> bool| own.iter().filter(|end| is(end)).count();
         let mut evaluations: Vec<u64> = own.iter().map(|end| end.evaluations).collect();
         evaluations.sort_unstable();
         println!(
-            "| {seed} | {} | {} | {} | {:.3} | {} |",
+            "| {seed} | {} | {} | {} | {} | {} of {} | {:.3} | {} |",
             own.len(),
-            count(&|gain| gain < -SAME),
-            count(&|gain| gain > SAME),
+            count(&|end| end.gain < -SAME),
+            count(&|end| end.gain > SAME),
+            count(&|end| end.modes.0 > 1),
+            own.iter().flat_map(|end| end.modes.1).sum::<usize>(),
+            own.iter().map(|end| 2 * end.modes.0).sum::<usize>(),
             own.iter().map(|end| end.chi2).fold(0.0, f64::max),
             evaluations.get(own.len() / 2).copied().unwrap_or_default()
         );
@@ -79,14 +90,42 @@ struct End {
     gain: f64,
     /// Per degree of freedom.
     chi2: f64,
+    /// Modes that both starts have met together, and how many of them each has missed.
+    modes: (usize, [usize; 2]),
     evaluations: u64,
 }
 
 impl End {
     fn row(&self) -> String {
-        let Self { seed, system, gain, chi2, evaluations } = self;
+        let Self { seed, system, gain, chi2, evaluations, .. } = self;
         format!("| {seed} | {system} | {gain:.2} | {chi2:.3} | {evaluations} |")
     }
+}
+
+/// The modes of an image that starts have met together, and for each by which of them it was met.
+fn modes(starts: &[&Top]) -> Vec<Vec<bool>> {
+    /// Of the highest in ln p, and between ellipticities.
+    const BELOW: f64 = 3.0;
+    const APART: f64 = 0.03;
+    let met = starts
+        .iter()
+        .enumerate()
+        .flat_map(|(start, top)| top.modes.iter().map(move |mode| (start, top, mode)));
+    let highest = starts.iter().map(|top| top.maximum().log_posterior).fold(f64::NEG_INFINITY, f64::max);
+    let mut modes: Vec<([f64; 2], Vec<bool>)> = vec![];
+    for (start, top, mode) in met.filter(|(.., mode)| mode.log_posterior > highest - BELOW) {
+        let model = top.likelihood.model();
+        let values = model.at_latent(&mode.latent).0;
+        let ellipticity =
+            ["lens2.e1", "lens2.e2"].map(|name| model.value_of(name, &values).unwrap_or(f64::NAN));
+        let is_near = |other: &[f64; 2]| (other[0] - ellipticity[0]).hypot(other[1] - ellipticity[1]) < APART;
+        let place = modes.iter().position(|(other, _)| is_near(other)).unwrap_or_else(|| {
+            modes.push((ellipticity, vec![false; starts.len()]));
+            modes.len() - 1
+        });
+        modes[place].1[start] = true;
+    }
+    modes.into_iter().map(|(_, met)| met).collect()
 }
 
 /// An image, its model and the truth in the model's latent coordinates.
