@@ -104,8 +104,9 @@ impl End {
 
 /// The modes of an image that starts have met together, and for each by which of them it was met.
 fn modes(starts: &[&Top]) -> Vec<Vec<bool>> {
-    /// Of the highest in ln p, and between ellipticities.
+    /// By so much in ln p a mode may lie below the highest.
     const BELOW: f64 = 3.0;
+    /// Ellipticities e1 + i e2 of the halo that differ by less are of one mode.
     const APART: f64 = 0.03;
     let met = starts
         .iter()
