@@ -11,6 +11,10 @@ use serde::{Deserialize, Serialize};
 use super::expansion::{ConditionalMaximum, Expansion};
 use crate::inference::likelihood::{Curvature, LatentLikelihood};
 
+/// Distance in standard deviations from which one more step of the expansion is exact enough: the error of ln p is of third
+/// order in it.
+const NEAR: f64 = 0.5;
+
 /// Curvatures after which a search for a conditional maximum is given up.
 pub(crate) const MOST_CURVATURES: u64 = 30;
 
@@ -31,9 +35,10 @@ fn principal_axes(metric: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
 }
 
 impl Axes {
-    /// The `slow` widest principal axes of the metric, and the rest.
+    /// The `slow` widest principal axes of the metric, and the rest, the narrowest first.
     pub fn split(origin: &[f64], metric: &DMatrix<f64>, slow: usize) -> Self {
-        let (vectors, order) = principal_axes(metric);
+        let (vectors, mut order) = principal_axes(metric);
+        order[slow..].reverse();
         let (slow, stiff) = order.split_at(slow);
         Self::of_columns(origin, &vectors, slow, stiff)
     }
@@ -120,9 +125,6 @@ impl Axes {
         guess: DVector<f64>,
         most: u64,
     ) -> Option<Result<ConditionalMaximum, ConditionalMaximum>> {
-        /// Distance in standard deviations from which one more step of the expansion is exact enough: the error of ln p is
-        /// of third order in it.
-        const NEAR: f64 = 0.5;
         /// After a step that gains less of what the expansion promises, the next is damped as much.
         const GOOD: f64 = 0.5;
         const LEAST_DAMPING: f64 = 1e-2;
@@ -184,6 +186,41 @@ impl Axes {
         }
     }
 
+    /// The maximum over the first `count` coordinates t alone, the others held, and C of their precision C Cᵀ there. Where it is not
+    /// reached, a normal distribution about the best point met that is as wide as the step which is left; `None` where there is none.
+    pub fn nested_maximum(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        s: &DVector<f64>,
+        t: &DVector<f64>,
+        count: usize,
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        const MOST: usize = 8;
+        /// What is left of a step that has led down, and how much longer the next is after one that has led up.
+        const SHORTER: f64 = 0.3;
+        const LONGER: f64 = 3.0;
+        let held = t.len() - count;
+        let origin = &self.origin + &self.slow * s + self.stiff.columns(count, held) * t.rows(count, held);
+        let stiff = self.stiff.columns(0, count).into_owned();
+        let (axes, no_s) = (Self { slow: DMatrix::zeros(origin.len(), 0), origin, stiff }, DVector::zeros(0));
+        let mut here = axes.expand(likelihood, &no_s, t.rows(0, count).into_owned())?;
+        let (mut newton, mut share) = (here.step(0.0)?, 1.0);
+        for _ in 0..MOST {
+            if here.distance(&newton) < NEAR {
+                break;
+            }
+            match axes.expand(likelihood, &no_s, &here.t + &newton * share) {
+                Some(there) if there.log_density > here.log_density => {
+                    (newton, here) = (there.step(0.0)?, there);
+                    share = f64::min(1.0, LONGER * share);
+                }
+                _ => share *= SHORTER,
+            }
+        }
+        let factor = here.stiff.clone().cholesky()?.l() / here.distance(&newton).max(1.0);
+        Some((here.t + newton * share, factor))
+    }
+
     fn log_density(&self, likelihood: &dyn LatentLikelihood, s: &DVector<f64>, t: &DVector<f64>) -> f64 {
         let z = self.at(s, t);
         likelihood.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared()
@@ -243,6 +280,23 @@ mod tests {
             assert!((floor.bend[(0, 0)].abs() - 2.0 * a.abs()).abs() < 1e-4 * (1.0 + a.abs()));
             assert!((floor.factor[(0, 0)] - 1e3).abs() < 1.0);
         }
+    }
+
+    #[test]
+    fn a_nested_maximum_is_met_along_a_bend_and_wide_where_it_is_not_reached() {
+        // The parabola's b given a is known to 0.001; its a, which b = a² leaves two of, from its mirror image.
+        let axes = Axes::split(&[0.0, 0.0], &PARABOLA.curvature(&[0.0, 0.0]).unwrap().metric, 0);
+        let nothing = DVector::zeros(0);
+        let of = |b: f64, a: f64, count| {
+            let [_, t] = axes.coordinates(&[a, b]);
+            axes.nested_maximum(&PARABOLA, &nothing, &t, count).unwrap()
+        };
+        let (own, factor) = of(0.3, 0.9, 1);
+        assert!((own[0].abs() - 0.81).abs() < 1e-5 && (factor[(0, 0)] - 1e3).abs() < 1.0, "{own} {factor}");
+        // Both together: eight steps do not lead round the bend from there to the top. Priors alone make C one.
+        let (own, factor) = of(9.0, 3.0, 2);
+        let top = axes.at(&nothing, &own);
+        assert!(top.norm() > 1.0 && factor[(1, 1)] < 0.9, "{top} {factor}");
     }
 
     #[test]

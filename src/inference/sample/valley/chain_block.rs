@@ -36,8 +36,8 @@ pub(super) struct ChainBlock {
     /// Which of those the position belongs to, `None` of that on which it began; and the same of every draw.
     pub standing: Option<usize>,
     pub visited: Vec<Option<usize>>,
-    /// Deviation of ln w at each maximum.
-    pub spreads: Vec<f64>,
+    /// Variance of one weight at each maximum.
+    pub variances: Vec<f64>,
     /// With what probabilities trajectories were accepted.
     pub accepted: Vec<f64>,
 }
@@ -57,7 +57,7 @@ impl Proposals {
             known: vec![],
             standing: None,
             visited: vec![],
-            spreads: vec![],
+            variances: vec![],
             accepted: vec![],
         };
         for _ in (0..draws).take_while(|_| !likelihood.is_cancelled()) {
@@ -112,8 +112,8 @@ impl Proposals {
         if rng.random::<f64>().ln() >= gain - moved.gain {
             return;
         }
-        let (position, spread) = Position::draw(likelihood, &self.axes, s, &maximum, self.importance, rng);
-        block.spreads.push(spread);
+        let (position, variance) = Position::draw(likelihood, &self.axes, s, &maximum, self.importance, rng);
+        block.variances.push(variance);
         if rng.random::<f64>().ln() < position.log_weight() - block.position.log_weight() {
             block.position = position;
             block.standing = Some(block.known.len() - 1);
@@ -148,6 +148,7 @@ impl Proposals {
         self.axes.fits(dimension)
             && (SHORTEST_STEP..=LONGEST_STEP).contains(&self.step)
             && self.surrogate.fits(slow, stiff)
+            && self.importance.fits(stiff)
             && self.density.as_ref().is_none_or(|density| density.fits(slow))
     }
 }

@@ -27,7 +27,8 @@
 //!   unbiased estimate of p(s)/m(s); m times it in the acceptance, and a draw of one t by its weight, give exact draws of
 //!   (s, t) (Andrieu & Roberts 2009, Annals of Statistics 37, 697). What m alone refuses needs no t: a proposal is accepted
 //!   by m first and by the mean weight then (Christen & Fox 2005, J. Comput. Graph. Stat. 14, 795). A t of far too much weight
-//!   would hold the chain where it is; where weights are very unequal t is drawn with Cauchy tails.
+//!   would hold the chain where it is; where weights are very unequal the stiffest directions, which bend along the other
+//!   stiff ones, are drawn about maxima of their own, and all with Student's tails (`importance.rs`).
 
 mod chain_block;
 mod importance;

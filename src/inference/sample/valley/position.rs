@@ -1,10 +1,10 @@
 //! Where a chain is: s, and one of several draws of t about the maximum there, weighed by the true density.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use super::importance::ImportanceDraws;
+use super::importance::{ImportanceDraws, StiffDensity};
 use crate::inference::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum};
 use crate::inference::sample::normal::{log_prior, log_sum};
@@ -19,19 +19,18 @@ pub(super) struct Position {
     pub log_likelihood: f64,
     /// ln m(s).
     pub log_marginal: f64,
-    /// t̂, ln p there, and C of the precision C Cᵀ of t.
-    stiff: DVector<f64>,
+    /// ln p(s, t̂).
     log_maximum: f64,
-    factor: DMatrix<f64>,
-    /// Cᵀ(t − t̂) of the chain's t.
-    unit: DVector<f64>,
-    /// How the t were drawn, and ln of the sum of the weights of those that are not the chain's.
-    importance: ImportanceDraws,
+    /// What the t were drawn from, and ln of that at the chain's t.
+    density: StiffDensity,
+    log_drawn: f64,
+    /// How many were drawn, and ln of the sum of the weights of those that are not the chain's.
+    tries: usize,
     log_rest: f64,
 }
 
 impl Position {
-    /// Draws of t about the maximum at s, one of them chosen by weight, and the deviation of ln w.
+    /// Draws of t about the maximum at s, one of them chosen by weight, and the variance of one weight over the square of their mean.
     pub fn draw(
         likelihood: &dyn LatentLikelihood,
         axes: &Axes,
@@ -41,8 +40,7 @@ impl Position {
         rng: &mut impl Rng,
     ) -> (Self, f64) {
         let mut position = Self::of(axes, s, maximum, importance);
-        let tries = importance.tries;
-        let drawn = position.others(likelihood, axes, tries, rng);
+        let drawn = position.others(likelihood, axes, importance.tries, rng);
         let own: Vec<f64> = drawn.iter().map(Self::log_own_weight).collect();
         let all = log_sum(own.iter().copied());
         let mut rest = rng.random::<f64>();
@@ -54,9 +52,10 @@ impl Position {
         position = drawn.into_iter().nth(chosen).unwrap_or(position);
         position.log_rest =
             log_sum(own.iter().enumerate().filter(|(i, _)| *i != chosen).map(|(_, weight)| *weight));
-        let mean = own.iter().sum::<f64>() / tries as f64;
-        let variance = own.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (tries as f64 - 1.0).max(1.0);
-        (position, variance.sqrt())
+        let log_squares = log_sum(own.iter().map(|weight| 2.0 * weight));
+        // As large as it can be where all weights are zero.
+        let share = if all == f64::NEG_INFINITY { 1.0 } else { (log_squares - 2.0 * all).exp() };
+        (position, importance.tries as f64 * share - 1.0)
     }
 
     /// The same s and t, seen from a maximum at s that has been sought anew and among other draws about that: how (s, t) are
@@ -73,7 +72,7 @@ impl Position {
         let position = Self::of(axes, self.s, maximum, importance);
         let others = position.others(likelihood, axes, importance.tries - 1, rng);
         Self {
-            unit: position.factor.tr_mul(&(t - &position.stiff)),
+            log_drawn: position.density.log_at(likelihood, axes, &position.s, &t),
             z: self.z,
             log_likelihood: self.log_likelihood,
             log_rest: log_sum(others.iter().map(Self::log_own_weight)),
@@ -84,15 +83,14 @@ impl Position {
     /// At the maximum itself, before any t is drawn.
     fn of(axes: &Axes, s: DVector<f64>, maximum: &ConditionalMaximum, importance: ImportanceDraws) -> Self {
         Self {
-            unit: DVector::zeros(maximum.stiff.len()),
             z: axes.at(&s, &maximum.stiff),
             s,
             log_likelihood: f64::NEG_INFINITY,
             log_marginal: maximum.log_marginal(),
-            stiff: maximum.stiff.clone(),
             log_maximum: maximum.log_density,
-            factor: maximum.factor.clone(),
-            importance,
+            density: StiffDensity::about(maximum, importance),
+            log_drawn: 0.0,
+            tries: importance.tries,
             log_rest: f64::NEG_INFINITY,
         }
     }
@@ -105,23 +103,17 @@ impl Position {
         tries: usize,
         rng: &mut impl Rng,
     ) -> Vec<Self> {
-        let mut drawn = || self.at(likelihood, axes, self.importance.draw(self.unit.len(), rng));
+        let mut drawn = || {
+            let (t, log_drawn) = self.density.draw(likelihood, axes, &self.s, rng);
+            let z = axes.at(&self.s, &t);
+            Self { log_likelihood: likelihood.log_likelihood(z.as_slice()), z, log_drawn, ..self.clone() }
+        };
         (0..tries).map(|_| drawn()).collect()
-    }
-
-    /// The same with another t.
-    fn at(&self, likelihood: &dyn LatentLikelihood, axes: &Axes, unit: DVector<f64>) -> Self {
-        let mut t = unit.clone();
-        // The factor of a positive-definite matrix has no zero on its diagonal.
-        self.factor.tr_solve_lower_triangular_mut(&mut t);
-        let z = axes.at(&self.s, &(t + &self.stiff));
-        Self { log_likelihood: likelihood.log_likelihood(z.as_slice()), z, unit, ..self.clone() }
     }
 
     /// Whether it is of a problem of that dimension, with so many slow and stiff directions.
     pub fn fits(&self, dimension: usize, slow: usize, stiff: usize) -> bool {
-        (self.z.len(), self.s.len(), self.stiff.len(), self.unit.len()) == (dimension, slow, stiff, stiff)
-            && self.factor.shape() == (stiff, stiff)
+        (self.z.len(), self.s.len()) == (dimension, slow) && self.density.fits(stiff)
     }
 
     /// ln p(s, t) of the chain's t.
@@ -131,18 +123,19 @@ impl Position {
 
     /// ln w of the chain's t.
     fn log_own_weight(&self) -> f64 {
-        let normal = -0.5 * self.unit.norm_squared();
-        self.log_density() - self.log_maximum - normal - self.importance.log_excess(&self.unit)
+        self.log_density() - self.log_maximum - self.log_drawn
     }
 
     /// ln of the mean weight.
     pub fn log_weight(&self) -> f64 {
-        log_sum([self.log_rest, self.log_own_weight()]) - (self.importance.tries as f64).ln()
+        log_sum([self.log_rest, self.log_own_weight()]) - (self.tries as f64).ln()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::DMatrix;
+
     use super::*;
     use crate::inference::likelihood::known::Known;
     use crate::numerics::random::{Stage, stream};
@@ -164,13 +157,21 @@ mod tests {
 
     const WIDTH: f64 = 0.01;
 
-    fn drawn(importance: ImportanceDraws, rng: &mut impl Rng) -> (Axes, Position, f64) {
+    fn valley() -> (Axes, DVector<f64>, ConditionalMaximum) {
         let metric = LOGISTIC.curvature(&[0.0, 0.0]).unwrap().metric;
         let axes = Axes::split(&[0.0, 0.0], &metric, 1);
         let s = DVector::from_vec(vec![0.7]);
         let maximum = axes.maximum(&LOGISTIC, &s, DVector::zeros(1), 30).unwrap();
-        let (position, spread) = Position::draw(&LOGISTIC, &axes, s, &maximum, importance, rng);
-        (axes, position, spread)
+        (axes, s, maximum)
+    }
+
+    /// Of normal draws, and of ones about nested maxima.
+    fn both(tries: usize, maximum: &ConditionalMaximum) -> [ImportanceDraws; 2] {
+        let first = ImportanceDraws::about(maximum);
+        [first, first.for_variance(9.0).or_nested()].map(|mut draws| {
+            draws.tries = tries;
+            draws
+        })
     }
 
     #[test]
@@ -178,36 +179,38 @@ mod tests {
         // ∫p dt = WIDTH and Laplace's integral is √(2π · 2) WIDTH times the height ¼, for the same s.
         let ratio = 1.0 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());
         let rng = &mut stream(1, 0, Stage::Sampling, 0);
-        let normal = drawn(ImportanceDraws::normal(200_000), rng).1.log_weight();
-        assert!((normal - ratio.ln()).abs() < 0.02, "{normal} {}", ratio.ln());
-        let importance = ImportanceDraws::normal(16).or_with_tails();
-        let tailed: Vec<f64> = (0..20_000).map(|_| drawn(importance, rng).1.log_weight()).collect();
-        let tailed = log_sum(tailed.iter().copied()) - 20_000_f64.ln();
-        assert!((tailed - ratio.ln()).abs() < 0.02, "{tailed} {}", ratio.ln());
+        let (axes, s, maximum) = valley();
+        for importance in both(200_000, &maximum) {
+            let (position, _) = Position::draw(&LOGISTIC, &axes, s.clone(), &maximum, importance, rng);
+            let log_weight = position.log_weight();
+            assert!((log_weight - ratio.ln()).abs() < 0.02, "{log_weight} {} {importance:?}", ratio.ln());
+        }
     }
 
     #[test]
     fn a_renewed_position_of_exact_t_has_one_over_the_integral_as_the_mean_of_one_over_its_weight() {
         let rng = &mut stream(3, 0, Stage::Sampling, 0);
-        let importance = ImportanceDraws::normal(3);
-        let (axes, position, _) = drawn(importance, rng);
-        let mut maximum = axes.maximum(&LOGISTIC, &position.s, DVector::zeros(1), 30).unwrap();
+        let (axes, s, mut maximum) = valley();
+        let [importance, _] = both(3, &maximum);
+        let (position, _) = Position::draw(&LOGISTIC, &axes, s, &maximum, importance, rng);
         // As another search may have ended: beside the top, and of another width.
         maximum.stiff[0] += 0.5 * WIDTH;
         maximum.factor *= 0.6;
         const TIMES: usize = 40_000;
-        let mut mean = 0.0;
-        for _ in 0..TIMES {
-            let u: f64 = rng.random();
-            let t = DVector::from_vec(vec![WIDTH * (u / (1.0 - u)).ln()]);
-            let z = axes.at(&position.s, &t);
-            let log_likelihood = LOGISTIC.log_likelihood(z.as_slice());
-            let exact = Position { z, log_likelihood, ..position.clone() };
-            let renewed = exact.renewed(&LOGISTIC, &axes, &maximum, importance, rng);
-            mean += (-renewed.log_weight()).exp() / TIMES as f64;
+        for importance in both(3, &maximum) {
+            let mut mean = 0.0;
+            for _ in 0..TIMES {
+                let u: f64 = rng.random();
+                let t = DVector::from_vec(vec![WIDTH * (u / (1.0 - u)).ln()]);
+                let z = axes.at(&position.s, &t);
+                let log_likelihood = LOGISTIC.log_likelihood(z.as_slice());
+                let exact = Position { z, log_likelihood, ..position.clone() };
+                let renewed = exact.renewed(&LOGISTIC, &axes, &maximum, importance, rng);
+                mean += (-renewed.log_weight()).exp() / TIMES as f64;
+            }
+            // ∫p dt = WIDTH over the height ¼ times √(2π · 2) WIDTH/0.6, weights in units of what the normal's top has.
+            let integral = 0.6 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());
+            assert!((mean * integral - 1.0).abs() < 0.02, "{mean} {integral} {importance:?}");
         }
-        // ∫p dt = WIDTH over the height ¼ times √(2π · 2) WIDTH/0.6, weights in units of what the normal's top has.
-        let integral = 0.6 / (0.25 * (4.0 * std::f64::consts::PI).sqrt());
-        assert!((mean * integral - 1.0).abs() < 0.02, "{mean} {integral}");
     }
 }

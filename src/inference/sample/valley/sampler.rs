@@ -36,8 +36,8 @@ pub(crate) struct Valley {
     standing: Vec<usize>,
     /// Which known maximum each draw belongs to.
     visited: Vec<usize>,
-    /// Deviations of ln w.
-    spreads: Vec<f64>,
+    /// Of one weight, at every floor since t has been drawn as it is.
+    variances: Vec<f64>,
     /// Block with which warm-up began.
     began: u64,
     /// ln p of the conditional maximum that it began at.
@@ -97,7 +97,7 @@ impl Valley {
             known.extend(around);
         }
         let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&maximum)?, known)?;
-        let importance = ImportanceDraws::normal(8);
+        let importance = ImportanceDraws::about(&maximum);
         let mut draw = |(number, s, top): &(usize, DVector<f64>, ConditionalMaximum)| {
             let (position, _) = Position::draw(likelihood, &axes, s.clone(), top, importance, rng);
             position.log_weight().is_finite().then_some((position, *number))
@@ -112,7 +112,7 @@ impl Valley {
             positions,
             standing,
             visited: vec![],
-            spreads: vec![],
+            variances: vec![],
             began: 0,
             top: maximum.log_density,
         })
@@ -151,11 +151,11 @@ impl Valley {
             standing.push(maximum(&chain.standing));
             visited.extend(chain.visited.iter().map(maximum));
             known.extend_from_slice(&chain.known);
-            self.spreads.extend_from_slice(&chain.spreads);
+            self.variances.extend_from_slice(&chain.variances);
         }
-        let recent = &mut self.spreads.clone()[self.spreads.len() / 2..];
-        if let Some(spread) = median(recent) {
-            proposals.importance = proposals.importance.for_spread(spread);
+        let recent = &mut self.variances.clone()[self.variances.len() / 2..];
+        if let Some(variance) = median(recent) {
+            proposals.importance = proposals.importance.for_variance(variance);
         }
         // The later half of the draws tells the shape, once they are many.
         let later: Vec<_> = visited[visited.len() / 2..].iter().map(|maximum| &known[*maximum]).collect();
@@ -208,7 +208,11 @@ impl Sampler for Valley {
         self.learn(&done);
         if !is_warm_up {
             chains.chains.iter_mut().zip(done).for_each(|(chain, done)| chain.append(done.chain));
-            self.proposals.importance = self.proposals.importance.or_with_tails();
+            let nested = self.proposals.importance.or_nested();
+            if nested != self.proposals.importance {
+                self.proposals.importance = nested;
+                self.variances.clear();
+            }
         }
     }
 

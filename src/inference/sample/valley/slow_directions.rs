@@ -13,8 +13,8 @@ use crate::inference::sample::normal::log_prior;
 /// counts as wide: in few dimensions the surrogate follows them at no cost.
 const MOST_SLOW: usize = 12;
 const FEW_SLOW: (usize, f64) = (7, 1.0 / 3.0);
-/// Deviation of ln w above which another direction is followed.
-const WIDEST_WEIGHTS: f64 = 0.7;
+/// Variance of one weight, over the square of their mean, above which another direction is followed.
+const MOST_VARIANCE: f64 = 0.6;
 
 /// Number of principal axes to follow: those wider than `width`, and more where they are few.
 pub(super) fn widest(width: f64, metric: &DMatrix<f64>) -> usize {
@@ -37,16 +37,15 @@ pub(super) fn slow_directions(
         let guess = DVector::zeros(axes.stiff_dimension());
         let direction = match axes.maximum(likelihood, &origin, guess, MOST_CURVATURES) {
             Some(maximum) => {
-                let (_, spread) =
-                    Position::draw(likelihood, &axes, origin, &maximum, ImportanceDraws::normal(TRIALS), rng);
-                if spread < WIDEST_WEIGHTS || axes.slow_dimension() >= MOST_SLOW {
+                let trials = ImportanceDraws::normal(TRIALS);
+                let (_, variance) = Position::draw(likelihood, &axes, origin, &maximum, trials, rng);
+                if variance < MOST_VARIANCE || axes.slow_dimension() >= MOST_SLOW {
                     return Some((axes, maximum));
                 }
                 least_normal(likelihood, &axes, &maximum)
             }
             // The widest.
-            None if axes.stiff_dimension() > 0 => 0,
-            None => return None,
+            None => axes.stiff_dimension().checked_sub(1)?,
         };
         axes = axes.with_slow(direction);
     }
