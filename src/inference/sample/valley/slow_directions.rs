@@ -1,4 +1,4 @@
-//! Which directions are slow_directions, and which are integrated over.
+//! Which directions are slow, and which are integrated over.
 
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
