@@ -10,7 +10,8 @@ use super::kernel_density::KernelDensity;
 use super::known_maximum::KnownMaximum;
 use super::position::Position;
 use super::surrogate::{APART, Surrogate};
-use super::surrogate_moves::{LONGEST_STEP, SHORTEST_STEP, transition};
+use super::surrogate_moves::transition;
+use super::transport_map::TransportMap;
 use crate::inference::likelihood::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES};
 use crate::inference::sample::chains::Chain;
@@ -20,10 +21,10 @@ use crate::inference::sample::chains::Chain;
 pub(super) struct Proposals {
     pub axes: Axes,
     pub surrogate: Surrogate,
+    /// In whose coordinates steps on it are made.
+    pub map: TransportMap,
     /// Where chains have been.
     pub density: Option<KernelDensity>,
-    /// Of trajectories on the surrogate.
-    pub step: f64,
     /// How t is drawn at each s.
     pub importance: ImportanceDraws,
 }
@@ -38,8 +39,6 @@ pub(super) struct ChainBlock {
     pub visited: Vec<Option<usize>>,
     /// Variance of one weight at each maximum.
     pub variances: Vec<f64>,
-    /// With what probabilities trajectories were accepted.
-    pub accepted: Vec<f64>,
 }
 
 impl Proposals {
@@ -58,10 +57,10 @@ impl Proposals {
             standing: None,
             visited: vec![],
             variances: vec![],
-            accepted: vec![],
         };
         for _ in (0..draws).take_while(|_| !likelihood.is_cancelled()) {
             self.propose(likelihood, &mut block, &mut rng);
+            block.position.move_across(likelihood, &self.axes, &mut rng);
             block.chain.push(block.position.z.as_slice(), block.position.log_likelihood);
             block.visited.push(block.standing);
         }
@@ -78,7 +77,7 @@ impl Proposals {
         rng: &mut ChaCha8Rng,
     ) -> Position {
         let (axes, importance) = (&self.axes, self.importance);
-        match self.maximum(likelihood, &self.surrogate.x(&from.s), &from.s) {
+        match self.maximum(likelihood, &from.s) {
             Some(Ok(maximum)) if is_warm_up => {
                 let (drawn, _) = Position::draw(likelihood, axes, from.s.clone(), &maximum, importance, rng);
                 if drawn.log_weight().is_finite() { drawn } else { from }
@@ -90,15 +89,12 @@ impl Proposals {
 
     /// One proposal, accepted or not.
     fn propose(&self, likelihood: &dyn LatentLikelihood, block: &mut ChainBlock, rng: &mut ChaCha8Rng) {
-        let start = self.surrogate.x(&block.position.s);
-        let moved = transition(&self.surrogate, self.density.as_ref(), &start, self.step, rng);
-        block.accepted.extend(moved.accepted);
-        let x = moved.x;
-        if x == start {
+        let moved = transition((&self.surrogate, &self.map), self.density.as_ref(), &block.position.s, rng);
+        let s = moved.s;
+        if s == block.position.s {
             return;
         }
-        let s = self.surrogate.s(&x);
-        let maximum = match self.maximum(likelihood, &x, &s) {
+        let maximum = match self.maximum(likelihood, &s) {
             Some(Ok(maximum)) => maximum,
             // From there the next search nearby goes on.
             Some(Err(reached)) => {
@@ -125,12 +121,11 @@ impl Proposals {
     fn maximum(
         &self,
         likelihood: &dyn LatentLikelihood,
-        x: &DVector<f64>,
         s: &DVector<f64>,
     ) -> Option<Result<ConditionalMaximum, ConditionalMaximum>> {
-        let promised = self.surrogate.log_marginal(x, None).0;
+        let promised = self.surrogate.log_marginal(s);
         let search = |guess| self.axes.search(likelihood, s, guess, MOST_CURVATURES);
-        let [together, nearest] = self.surrogate.stiff(x);
+        let [together, nearest] = self.surrogate.stiff(s);
         match search(together)? {
             Ok(found) if found.log_marginal() < promised - APART => {
                 let other = search(nearest)
@@ -146,8 +141,8 @@ impl Proposals {
     pub fn fits(&self, dimension: usize) -> bool {
         let [slow, stiff] = [self.axes.slow_dimension(), self.axes.stiff_dimension()];
         self.axes.fits(dimension)
-            && (SHORTEST_STEP..=LONGEST_STEP).contains(&self.step)
             && self.surrogate.fits(slow, stiff)
+            && self.map.fits(slow)
             && self.importance.fits(stiff)
             && self.density.as_ref().is_none_or(|density| density.fits(slow))
     }
@@ -180,15 +175,16 @@ mod tests {
         let origin = DVector::zeros(1);
         let top = axes.maximum(&CAUCHY, &origin, DVector::zeros(1), MOST_CURVATURES).unwrap();
         let known = vec![KnownMaximum::new(origin.clone(), &top)];
-        let surrogate = Surrogate::fit(origin.clone(), DMatrix::identity(1, 1), known).unwrap();
+        let map = TransportMap::fit(&[(&known[0], 1.0)]).unwrap();
+        let surrogate = Surrogate::fit(known).unwrap();
         let importance = ImportanceDraws::normal(3);
         let astray = ConditionalMaximum { stiff: DVector::from_element(1, 100.0 * WIDTH), ..top };
         let rng = || stream(1, 0, Stage::Sampling, 0);
         let (position, _) = Position::draw(&CAUCHY, &axes, origin, &astray, importance, &mut rng());
-        let proposals = Proposals { axes, surrogate, density: None, step: LONGEST_STEP, importance };
+        let proposals = Proposals { axes, surrogate, map, density: None, importance };
         let end = |is_warm_up| {
             proposals.chain_block(&CAUCHY, position.clone(), (30, is_warm_up), rng()).position.z[1].abs()
         };
-        assert!(end(false) > 90.0 * WIDTH && end(true) < 10.0 * WIDTH, "{} {}", end(false), end(true));
+        assert!(end(false) > 30.0 * WIDTH && end(true) < 10.0 * WIDTH, "{} {}", end(false), end(true));
     }
 }

@@ -20,7 +20,7 @@ pub(super) struct ImportanceDraws {
 }
 
 const FEWEST_TRIES: f64 = 3.0;
-const MOST_TRIES: usize = 16;
+const MOST_TRIES: usize = 8;
 
 impl ImportanceDraws {
     /// Normal draws.
@@ -36,7 +36,7 @@ impl ImportanceDraws {
         let widths: Vec<f64> = maximum.factor.row_iter().map(|row| row.norm().recip()).collect();
         let widest = widths.iter().copied().fold(0.0, f64::max);
         let displaced = widths.iter().filter(|width| **width < 0.5 * widest * widest).count();
-        Self { tries: 8, nested: 0, displaced: displaced.max(1).min(widths.len()) }
+        Self { tries: MOST_TRIES, nested: 0, displaced: displaced.max(1).min(widths.len()) }
     }
 
     /// As many draws as keep the variance of their mean weight near 10%, by that of one weight.
@@ -83,14 +83,8 @@ impl StiffDensity {
         Self { middle: maximum.stiff.clone(), factor: maximum.factor.clone(), nested: importance.nested }
     }
 
-    /// A draw, and ln of the density there over the height of the normal one.
-    pub fn draw(
-        &self,
-        likelihood: &dyn LatentLikelihood,
-        axes: &Axes,
-        s: &DVector<f64>,
-        rng: &mut impl Rng,
-    ) -> (DVector<f64>, f64) {
+    /// A draw in units.
+    pub fn draw(&self, rng: &mut impl Rng) -> DVector<f64> {
         let mut unit = normal(self.middle.len(), rng);
         if self.nested > 0 {
             for u in unit.iter_mut() {
@@ -98,28 +92,40 @@ impl StiffDensity {
                 *u /= (square / HALF_DEGREES as f64).sqrt();
             }
         }
-        let (mut t, factor, log_narrower) = self.given_rest(likelihood, axes, s, &unit);
+        unit
+    }
+
+    /// t of units, and ln of the density there over the height of the normal one.
+    pub fn at(
+        &self,
+        likelihood: &dyn LatentLikelihood,
+        axes: &Axes,
+        s: &DVector<f64>,
+        unit: &DVector<f64>,
+    ) -> (DVector<f64>, f64) {
+        let (mut t, factor, log_narrower) = self.given_rest(likelihood, axes, s, unit);
         let mut own = unit.rows(0, self.nested).into_owned();
         // The factor of a positive-definite matrix has no zero on its diagonal.
         factor.tr_solve_lower_triangular_mut(&mut own);
         let mut rows = t.rows_mut(0, self.nested);
         rows += own;
-        (t, self.log_of_units(&unit) + log_narrower)
+        (t, self.log_of_units(unit) + log_narrower)
     }
 
-    /// ln of the density at t over the height of the normal one.
-    pub fn log_at(
+    /// The units of t, and ln of the density there over the height of the normal one.
+    pub fn units(
         &self,
         likelihood: &dyn LatentLikelihood,
         axes: &Axes,
         s: &DVector<f64>,
         t: &DVector<f64>,
-    ) -> f64 {
+    ) -> (DVector<f64>, f64) {
         let mut unit = self.factor.tr_mul(&(t - &self.middle));
         let (middle, factor, log_narrower) = self.given_rest(likelihood, axes, s, &unit);
         let from = t.rows(0, self.nested) - middle.rows(0, self.nested);
         unit.rows_mut(0, self.nested).copy_from(&factor.tr_mul(&from));
-        self.log_of_units(&unit) + log_narrower
+        let log_density = self.log_of_units(&unit) + log_narrower;
+        (unit, log_density)
     }
 
     /// The middle of t given its coordinates a in units, C of the precision of b, and ln of how much narrower b is than by H.
@@ -147,7 +153,8 @@ impl StiffDensity {
         (t, factor, log_narrower)
     }
 
-    fn log_of_units(&self, unit: &DVector<f64>) -> f64 {
+    /// ln of the density of units over the height of the normal one.
+    pub fn log_of_units(&self, unit: &DVector<f64>) -> f64 {
         const DEGREES: f64 = 2.0 * HALF_DEGREES as f64;
         let student = |u: &f64| LN_PEAK - 0.5 * (DEGREES + 1.0) * (u * u / DEGREES).ln_1p();
         if self.nested == 0 { -0.5 * unit.norm_squared() } else { unit.iter().map(student).sum() }
@@ -209,7 +216,7 @@ mod tests {
         let normal = ImportanceDraws::normal(8);
         assert_eq!(
             [0.0, 0.3, 0.55, 1.0, 3.0].map(|of_one| normal.for_variance(of_one).tries),
-            [3, 3, 6, 10, 16]
+            [3, 3, 6, 8, 8]
         );
     }
 
@@ -218,7 +225,7 @@ mod tests {
         let draws = ImportanceDraws::about(&bent().2);
         assert_eq!((draws.nested, draws.displaced), (0, 1));
         let after = |variance: f64| draws.for_variance(variance).or_nested();
-        assert_eq!([0.3, 1.0, 3.0].map(|variance| after(variance).nested), [0, 0, 1]);
+        assert_eq!([0.3, 0.6, 3.0].map(|variance| after(variance).nested), [0, 0, 1]);
         assert_eq!(after(3.0).for_variance(0.3).or_nested(), ImportanceDraws { tries: 3, ..after(3.0) });
     }
 
@@ -231,9 +238,11 @@ mod tests {
         let mut weights = |importance: ImportanceDraws| {
             let density = StiffDensity::about(&maximum, importance);
             let weight = |_| {
-                let (t, log_drawn) = density.draw(&BENT, &axes, &s, rng);
-                let again = density.log_at(&BENT, &axes, &s, &t);
+                let unit = density.draw(rng);
+                let (t, log_drawn) = density.at(&BENT, &axes, &s, &unit);
+                let (same, again) = density.units(&BENT, &axes, &s, &t);
                 assert!((again - log_drawn).abs() < 1e-6 * (1.0 + log_drawn.abs()), "{again} {log_drawn}");
+                assert!((same - &unit).amax() < 1e-6 * (1.0 + unit.amax()), "{unit}");
                 let z = axes.at(&s, &t);
                 let log_density = BENT.log_likelihood(z.as_slice()) - 0.5 * z.norm_squared();
                 (log_density - maximum.log_density - log_drawn).exp()

@@ -39,3 +39,11 @@ impl KnownMaximum {
         self.log_marginal + self.half_log_determinant
     }
 }
+
+/// How much each counts in what is said of all, one in sum: what lies far below the top hardly matters, and bends in its own way.
+pub(super) fn weights(known: &[KnownMaximum]) -> Vec<f64> {
+    let top = known.iter().map(|k| k.log_marginal).fold(f64::NEG_INFINITY, f64::max);
+    let of = |k: &KnownMaximum| 1.0 / (1.0 + ((top - k.log_marginal) / k.s.len() as f64).powi(2));
+    let sum: f64 = known.iter().map(of).sum();
+    known.iter().map(|k| of(k) / sum).collect()
+}

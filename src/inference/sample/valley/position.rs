@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::importance::{ImportanceDraws, StiffDensity};
 use crate::inference::LatentLikelihood;
 use crate::inference::optimise::{Axes, ConditionalMaximum};
-use crate::inference::sample::normal::{log_prior, log_sum};
+use crate::inference::sample::normal::{log_prior, log_sum, normal};
 
 /// s with several t, one of which is the chain's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,8 +21,9 @@ pub(super) struct Position {
     pub log_marginal: f64,
     /// ln p(s, t̂).
     log_maximum: f64,
-    /// What the t were drawn from, and ln of that at the chain's t.
+    /// What the t were drawn from, the chain's t in its units, and ln of the density there.
     density: StiffDensity,
+    unit: DVector<f64>,
     log_drawn: f64,
     /// How many were drawn, and ln of the sum of the weights of those that are not the chain's.
     tries: usize,
@@ -71,12 +72,31 @@ impl Position {
         let [_, t] = axes.coordinates(self.z.as_slice());
         let position = Self::of(axes, self.s, maximum, importance);
         let others = position.others(likelihood, axes, importance.tries - 1, rng);
+        let (unit, log_drawn) = position.density.units(likelihood, axes, &position.s, &t);
         Self {
-            log_drawn: position.density.log_at(likelihood, axes, &position.s, &t),
+            unit,
+            log_drawn,
             z: self.z,
             log_likelihood: self.log_likelihood,
             log_rest: log_sum(others.iter().map(Self::log_own_weight)),
             ..position
+        }
+    }
+
+    /// Moves one coordinate of t at the same s, by Metropolis's rule: a t in a tail that few draws come near to would hold the chain. Steps
+    /// of Cauchy's kind are as long as any tail.
+    pub fn move_across(&mut self, likelihood: &dyn LatentLikelihood, axes: &Axes, rng: &mut impl Rng) {
+        if self.unit.is_empty() {
+            return;
+        }
+        let mut unit = self.unit.clone();
+        // The ratio of two normal numbers is Cauchy's.
+        let ratio = normal(2, rng);
+        unit[rng.random_range(0..self.unit.len())] += ratio[0] / ratio[1];
+        let there = self.at(likelihood, axes, unit);
+        // The others are independent of the chain's t, and stay.
+        if rng.random::<f64>().ln() < there.log_density_of_units() - self.log_density_of_units() {
+            *self = there;
         }
     }
 
@@ -89,6 +109,7 @@ impl Position {
             log_marginal: maximum.log_marginal(),
             log_maximum: maximum.log_density,
             density: StiffDensity::about(maximum, importance),
+            unit: DVector::zeros(maximum.stiff.len()),
             log_drawn: 0.0,
             tries: importance.tries,
             log_rest: f64::NEG_INFINITY,
@@ -103,22 +124,29 @@ impl Position {
         tries: usize,
         rng: &mut impl Rng,
     ) -> Vec<Self> {
-        let mut drawn = || {
-            let (t, log_drawn) = self.density.draw(likelihood, axes, &self.s, rng);
-            let z = axes.at(&self.s, &t);
-            Self { log_likelihood: likelihood.log_likelihood(z.as_slice()), z, log_drawn, ..self.clone() }
-        };
-        (0..tries).map(|_| drawn()).collect()
+        (0..tries).map(|_| self.at(likelihood, axes, self.density.draw(rng))).collect()
+    }
+
+    /// Another t at the same s.
+    fn at(&self, likelihood: &dyn LatentLikelihood, axes: &Axes, unit: DVector<f64>) -> Self {
+        let (t, log_drawn) = self.density.at(likelihood, axes, &self.s, &unit);
+        let z = axes.at(&self.s, &t);
+        Self { log_likelihood: likelihood.log_likelihood(z.as_slice()), z, unit, log_drawn, ..self.clone() }
     }
 
     /// Whether it is of a problem of that dimension, with so many slow and stiff directions.
     pub fn fits(&self, dimension: usize, slow: usize, stiff: usize) -> bool {
-        (self.z.len(), self.s.len()) == (dimension, slow) && self.density.fits(stiff)
+        (self.z.len(), self.s.len(), self.unit.len()) == (dimension, slow, stiff) && self.density.fits(stiff)
     }
 
     /// ln p(s, t) of the chain's t.
     fn log_density(&self) -> f64 {
         self.log_likelihood + log_prior(self.z.as_slice())
+    }
+
+    /// ln p of the units of t, up to what depends on s.
+    fn log_density_of_units(&self) -> f64 {
+        self.log_own_weight() + self.density.log_of_units(&self.unit)
     }
 
     /// ln w of the chain's t.

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::chain_block::{ChainBlock, Proposals};
 use super::importance::ImportanceDraws;
 use super::kernel_density::KernelDensity;
-use super::known_maximum::KnownMaximum;
+use super::known_maximum::{KnownMaximum, weights};
 use super::position::Position;
 use super::profiles::profiles;
 use super::settings::ValleySettings;
 use super::slow_directions::{slow_directions, widest};
 use super::surrogate::Surrogate;
-use super::surrogate_moves::{LONGEST_STEP, adapted};
+use super::transport_map::TransportMap;
 use crate::error::{Domain, Error, Result};
 use crate::inference::likelihood::{Curvature, LatentLikelihood, NoCurvature};
 use crate::inference::optimise::{Axes, ConditionalMaximum, MOST_CURVATURES, to_the_top};
@@ -96,7 +96,8 @@ impl Valley {
             tops.push((known.len(), s, top));
             known.extend(around);
         }
-        let surrogate = Surrogate::fit(DVector::zeros(slow), widths(&maximum)?, known)?;
+        let map = TransportMap::fit(&weighted(&known))?;
+        let surrogate = Surrogate::fit(known)?;
         let importance = ImportanceDraws::about(&maximum);
         let mut draw = |(number, s, top): &(usize, DVector<f64>, ConditionalMaximum)| {
             let (position, _) = Position::draw(likelihood, &axes, s.clone(), top, importance, rng);
@@ -108,7 +109,7 @@ impl Valley {
         let (positions, standing) = begun.collect::<Option<Vec<(Position, usize)>>>()?.into_iter().unzip();
         Some(Self {
             settings,
-            proposals: Proposals { axes, surrogate, density: None, step: LONGEST_STEP, importance },
+            proposals: Proposals { axes, surrogate, map, density: None, importance },
             positions,
             standing,
             visited: vec![],
@@ -160,14 +161,14 @@ impl Valley {
         // The later half of the draws tells the shape, once they are many.
         let later: Vec<_> = visited[visited.len() / 2..].iter().map(|maximum| &known[*maximum]).collect();
         let are_many = later.len() >= 10 * proposals.axes.slow_dimension();
-        let scale = are_many.then(|| shape(later.iter().map(|known| &known.s))).flatten();
-        let (centre, factor) = scale.unwrap_or_else(|| {
-            let (centre, factor) = proposals.surrogate.scale();
-            (centre.clone(), factor.clone())
-        });
+        let map = match are_many {
+            true => TransportMap::fit(&later.iter().map(|known| (*known, 1.0)).collect::<Vec<_>>()),
+            false => TransportMap::fit(&weighted(&known)),
+        };
         let density =
             KernelDensity::of(&later.iter().map(|known| (&known.s, &known.metric)).collect::<Vec<_>>());
-        if let Some(surrogate) = Surrogate::fit(centre, factor, known) {
+        if let Some(surrogate) = Surrogate::fit(known) {
+            proposals.map = map.unwrap_or_else(|| proposals.map.clone());
             (proposals.surrogate, proposals.density) = (surrogate, density);
             (self.standing, self.visited) = (standing, visited);
         }
@@ -203,8 +204,6 @@ impl Sampler for Valley {
             return;
         }
         self.positions = done.iter().map(|chain| chain.position.clone()).collect();
-        let accepted: Vec<f64> = done.iter().flat_map(|chain| chain.accepted.iter().copied()).collect();
-        self.proposals.step = adapted(self.proposals.step, &accepted, block - self.began);
         self.learn(&done);
         if !is_warm_up {
             chains.chains.iter_mut().zip(done).for_each(|(chain, done)| chain.append(done.chain));
@@ -260,16 +259,9 @@ fn first_maxima(
     Some(known)
 }
 
-/// Mean, and lower factor of the covariance, of points.
-fn shape<'a>(points: impl Iterator<Item = &'a DVector<f64>>) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    let columns = DMatrix::from_columns(&points.cloned().collect::<Vec<_>>());
-    let mean = columns.column_mean();
-    let mut covariance = DMatrix::zeros(mean.len(), mean.len());
-    for column in columns.column_iter() {
-        let offset = column - &mean;
-        covariance.ger(1.0 / columns.ncols() as f64, &offset, &offset, 1.0);
-    }
-    Some((mean, covariance.cholesky()?.l()))
+/// Floors with their weights.
+fn weighted(known: &[KnownMaximum]) -> Vec<(&KnownMaximum, f64)> {
+    known.iter().zip(weights(known)).collect()
 }
 
 fn median(values: &mut [f64]) -> Option<f64> {
@@ -375,19 +367,5 @@ mod tests {
             false => (MIRRORED.log_likelihood)(z),
         };
         assert_eq!(begun(Known { log_likelihood, ..MIRRORED }), [1.0; 4]);
-    }
-
-    #[test]
-    fn the_shape_of_points_is_their_covariance() {
-        let of = |points: &[[f64; 2]]| {
-            shape(points.iter().map(|point| DVector::from_column_slice(point)).collect::<Vec<_>>().iter())
-        };
-        let (mean, factor) = of(&[[1.0, 0.0], [-1.0, 0.0], [0.0, 2.0], [0.0, -2.0]]).unwrap();
-        assert!(mean.amax() < 1e-15);
-        assert!(
-            (factor[(0, 0)] - 0.5_f64.sqrt()).abs() < 1e-15
-                && (factor[(1, 1)] - 2.0_f64.sqrt()).abs() < 1e-15
-        );
-        assert!(of(&[[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]]).is_none());
     }
 }

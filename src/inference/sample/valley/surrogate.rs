@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::known_maximum::KnownMaximum;
-use super::neighbours::{Vicinity, nearest};
+use super::known_maximum::{KnownMaximum, weights};
+use super::neighbours::nearest;
 
 /// Interpolated expansions about the nearest floors (Franke & Little's weights, squared; Renka 1988, ACM Trans. Math.
 /// Softw. 14, 139): of ln m to second order, the slope of ½ ln det that of a plane through all floors, and of t̂ to first order.
@@ -13,115 +13,50 @@ use super::neighbours::{Vicinity, nearest};
 /// tell its length and not the width across it, in which an expansion fails.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Surrogate {
-    centre: DVector<f64>,
-    factor: DMatrix<f64>,
     known: Vec<KnownMaximum>,
     /// The highest ln m known.
     top: f64,
     /// d(½ ln det)/ds.
     determinant_slope: DVector<f64>,
-    /// y of x, in which distances are measured, and y of each floor, a row a floor.
+    /// y of s, in which distances are measured, and y of each floor, a row a floor.
     ruler: DMatrix<f64>,
     anchors: DMatrix<f64>,
-    /// Largest |x| of what counts as known.
-    edge: f64,
 }
 
 /// ln m of floors that are further apart than expansions err lie on different maxima of ln p over t.
 pub(super) const APART: f64 = 15.0;
 
 impl Surrogate {
-    /// From what is known, `centre` and `factor` (lower triangular) giving the scale x = F⁻¹(s − c); `None` for matrices
-    /// that are not positive definite.
-    pub fn fit(centre: DVector<f64>, factor: DMatrix<f64>, known: Vec<KnownMaximum>) -> Option<Self> {
-        /// From the farthest floor, in posterior deviations.
-        const EDGE: f64 = 14.0;
-        let d = centre.len();
+    /// From what is known; `None` of nothing, and for metrics that are not positive definite.
+    pub fn fit(known: Vec<KnownMaximum>) -> Option<Self> {
+        let d = known.first()?.s.len();
         let top = known.iter().map(|k| k.log_marginal).fold(f64::NEG_INFINITY, f64::max);
-        // What lies far below the top hardly matters, and bends in its own way.
-        let weight = |k: &KnownMaximum| 1.0 / (1.0 + ((top - k.log_marginal) / d as f64).powi(2));
-        let sum: f64 = known.iter().map(weight).sum();
-        let weights: Vec<f64> = known.iter().map(|k| weight(k) / sum).collect();
+        let weights = weights(&known);
         let mut metric = DMatrix::zeros(d, d);
         for (k, weight) in known.iter().zip(&weights) {
             metric += &k.metric * *weight;
         }
-        let ruler = metric.cholesky()?.l().tr_mul(&factor);
-        let x: Option<Vec<_>> =
-            known.iter().map(|k| factor.solve_lower_triangular(&(&k.s - &centre))).collect();
-        let x = DMatrix::from_columns(&x?);
-        let anchors = (&ruler * &x).transpose();
-        let edge = EDGE + x.amax();
+        let ruler = metric.cholesky()?.l().transpose();
+        let y = DMatrix::from_columns(&known.iter().map(|k| &ruler * &k.s).collect::<Vec<_>>());
         let determinants = known.iter().map(|k| k.half_log_determinant);
-        let mut determinant_slope = plane(&weights, &x, &DVector::from_iterator(known.len(), determinants))?;
-        factor.tr_solve_lower_triangular_mut(&mut determinant_slope);
-        Some(Self { centre, factor, known, top, determinant_slope, ruler, anchors, edge })
+        let by_y = plane(&weights, &y, &DVector::from_iterator(known.len(), determinants))?;
+        Some(Self { known, top, determinant_slope: ruler.tr_mul(&by_y), ruler, anchors: y.transpose() })
     }
 
-    /// Centre and scale: x = F⁻¹(s − c).
-    pub fn scale(&self) -> (&DVector<f64>, &DMatrix<f64>) {
-        (&self.centre, &self.factor)
+    /// ln m at s.
+    pub fn log_marginal(&self, s: &DVector<f64>) -> f64 {
+        self.neighbours(s).iter().map(|near| near.weight * near.value).sum()
     }
 
-    /// s of x.
-    pub fn s(&self, x: &DVector<f64>) -> DVector<f64> {
-        &self.centre + &self.factor * x
-    }
-
-    /// x of s.
-    pub fn x(&self, s: &DVector<f64>) -> DVector<f64> {
-        let mut x = s - &self.centre;
-        // The factor of a positive-definite matrix has no zero on its diagonal.
-        self.factor.solve_lower_triangular_mut(&mut x);
-        x
-    }
-
-    /// Whether x lies so near to what is known that expansions may be trusted to lead back.
-    pub fn reaches(&self, x: &DVector<f64>) -> bool {
-        x.iter().all(|x| x.abs() <= self.edge)
-    }
-
-    /// ln m, and its slope by x, which lies in or near the vicinity if there is one.
-    pub fn log_marginal(&self, x: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> (f64, DVector<f64>) {
-        let (s, y) = (self.s(x), &self.ruler * x);
-        let Neighbours { near, slopes, farthest } = self.neighbours(&s, &y, vicinity);
-        let value: f64 = near.iter().map(|near| near.weight * near.value).sum();
-        let (mut by_s, mut by_y) = (DVector::zeros(x.len()), DVector::zeros(x.len()));
-        let mut by_reach = 0.0;
-        for near in &near {
-            by_s.axpy(near.weight, &slopes.column(near.rank), 1.0);
-            let by_weight = near.value - value;
-            self.add_away(&mut by_y, by_weight * near.by_distance, &y, (near.floor, near.distance));
-            by_reach += by_weight * near.by_reach;
-        }
-        self.add_away(&mut by_y, by_reach, &y, farthest);
-        (value, self.factor.tr_mul(&by_s) + self.ruler.tr_mul(&by_y))
-    }
-
-    /// Where t̂ may be: as the neighbours together have it, and as the nearest has it.
-    pub fn stiff(&self, x: &DVector<f64>) -> [DVector<f64>; 2] {
-        let s = self.s(x);
-        let near = self.neighbours(&s, &(&self.ruler * x), None).near;
+    /// Where t̂ may be at s: as the neighbours together have it, and as the nearest has it.
+    pub fn stiff(&self, s: &DVector<f64>) -> [DVector<f64>; 2] {
+        let near = self.neighbours(s);
         let of = |near: &Near| {
             let known = &self.known[near.floor];
-            &known.stiff + &known.bend * (&s - &known.s)
+            &known.stiff + &known.bend * (s - &known.s)
         };
         let together = near.iter().map(|near| of(near) * near.weight).sum();
         [together, of(&near[0])]
-    }
-
-    /// Adds so many times the direction from a floor at a distance to y.
-    fn add_away(
-        &self,
-        sum: &mut DVector<f64>,
-        times: f64,
-        y: &DVector<f64>,
-        (floor, distance): (usize, f64),
-    ) {
-        let times = times / distance;
-        for ((sum, y), anchor) in sum.iter_mut().zip(y).zip(&self.anchors.row(floor)) {
-            *sum += times * (y - anchor);
-        }
     }
 
     /// The floors nearest to y, the nearest first, with weights (1/r − 1/R)⁴ that add up to one; R, the reach, is the
@@ -129,52 +64,30 @@ impl Surrogate {
     ///
     /// Floors whose expansions are low are left out: they lie on lower maxima of ln p over t. So are those whose expansions are far
     /// above all that is known, as from a steep slope: beside them all others are low, and no chain is let to where they lead.
-    fn neighbours(&self, s: &DVector<f64>, y: &DVector<f64>, vicinity: Option<&mut Vicinity>) -> Neighbours {
+    fn neighbours(&self, s: &DVector<f64>) -> Vec<Near> {
         const MOST: usize = 16;
         const TINY: f64 = 1e-6;
         /// R of the farthest floor's distance, where no other floor is known.
         const BEYOND: f64 = 2.0;
         /// Most that is believed above the highest floor known.
         const HIGHER: f64 = 5.0;
-        let anchors = self.anchors.as_slice();
-        let mut nearest = match vicinity {
-            Some(vicinity) => vicinity.nearest(anchors, y, MOST + 1),
-            None => nearest(anchors, y.as_slice(), MOST + 1, f64::INFINITY),
-        };
+        let y = &self.ruler * s;
+        let mut nearest = nearest(self.anchors.as_slice(), y.as_slice(), MOST + 1);
         let beyond = if nearest.len() > MOST { 1.0 } else { BEYOND };
         let apart = |squared: f64| squared.sqrt().max(TINY);
         // A surrogate is made with a floor and forgets none.
-        let (floor, squared) = nearest[nearest.len() - 1];
-        let farthest = (floor, apart(squared));
+        let reach = beyond * apart(nearest[nearest.len() - 1].1);
         nearest.truncate(MOST);
-        let reach = beyond * farthest.1;
-        let mut from = DVector::zeros(s.len());
-        let mut slopes = DMatrix::zeros(s.len(), nearest.len());
-        let mut near: Vec<Near> = nearest
-            .into_iter()
-            .enumerate()
-            .map(|(rank, (floor, squared))| {
-                let distance = apart(squared);
-                let root = 1.0 / distance - 1.0 / reach;
-                let by_root = 4.0 * root.powi(3);
-                let known = &self.known[floor];
-                s.sub_to(&known.s, &mut from);
-                let mut slope = slopes.column_mut(rank);
-                known.slope.sub_to(&self.determinant_slope, &mut slope);
-                let slope_there = slope.dot(&from);
-                slope.gemv(-1.0, &known.metric, &from, 1.0);
-                Near {
-                    rank,
-                    floor,
-                    distance,
-                    weight: root.powi(4),
-                    by_distance: -by_root / (distance * distance),
-                    by_reach: by_root * beyond / (reach * reach),
-                    // A parabola rises as its mean slope says.
-                    value: known.log_marginal + 0.5 * (slope_there + slope.dot(&from)),
-                }
-            })
-            .collect();
+        let (mut from, mut pull) = (DVector::zeros(s.len()), DVector::zeros(s.len()));
+        let of = |(floor, squared): (usize, f64)| {
+            let known = &self.known[floor];
+            s.sub_to(&known.s, &mut from);
+            known.slope.sub_to(&self.determinant_slope, &mut pull);
+            pull.gemv(-0.5, &known.metric, &from, 1.0);
+            let weight = (1.0 / apart(squared) - 1.0 / reach).powi(4);
+            Near { floor, weight, value: known.log_marginal + pull.dot(&from) }
+        };
+        let mut near: Vec<Near> = nearest.into_iter().map(of).collect();
         let is_believed = |near: &Near| near.value <= self.top + HIGHER;
         if near.iter().any(is_believed) {
             near.retain(is_believed);
@@ -183,12 +96,8 @@ impl Surrogate {
         // One that is not a number stays, so that some floor does: a move there is refused.
         near.retain(|near| near.value >= highest - APART || near.value.is_nan());
         let sum: f64 = near.iter().map(|near| near.weight).sum();
-        for near in &mut near {
-            near.weight /= sum;
-            near.by_distance /= sum;
-            near.by_reach /= sum;
-        }
-        Neighbours { near, slopes, farthest }
+        near.iter_mut().for_each(|near| near.weight /= sum);
+        near
     }
 
     /// Whether all shapes are those of so many slow and stiff directions.
@@ -197,8 +106,8 @@ impl Surrogate {
             (known.s.len(), known.slope.len(), known.stiff.len()) == (slow, slow, stiff)
                 && (known.metric.shape(), known.bend.shape()) == ((slow, slow), (stiff, slow))
         };
-        (self.centre.len(), self.determinant_slope.len(), !self.known.is_empty()) == (slow, slow, true)
-            && (self.factor.shape(), self.ruler.shape()) == ((slow, slow), (slow, slow))
+        (self.determinant_slope.len(), self.ruler.shape(), !self.known.is_empty())
+            == (slow, (slow, slow), true)
             && self.anchors.shape() == (self.known.len(), slow)
             && self.known.iter().all(of_known)
     }
@@ -209,23 +118,11 @@ impl Surrogate {
     }
 }
 
-/// A floor near to a point: how many are nearer, its distance, its share of the weights, the slope of the weight by that
-/// distance and by the distance of the farthest, both over the sum of weights, and its expansion of ln m to the point.
+/// A floor near to a point: its share of the weights, and its expansion of ln m to the point.
 struct Near {
-    rank: usize,
     floor: usize,
-    distance: f64,
     weight: f64,
-    by_distance: f64,
-    by_reach: f64,
     value: f64,
-}
-
-/// The nearest floors, the slopes of their expansions at the point, a column a rank, and the floor beyond them with its distance.
-struct Neighbours {
-    near: Vec<Near>,
-    slopes: DMatrix<f64>,
-    farthest: (usize, f64),
 }
 
 /// The slope of the plane through values at the columns of `x`, by least squares of weights that add up to one; zero along
@@ -272,13 +169,10 @@ mod tests {
                 ..known(vec![2.0 * x, y], -x * x - 0.5 * y * y - 0.2 * x, vec![-x, -y], metric.clone())
             }
         });
-        let factor = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 1.0]));
-        let surrogate = Surrogate::fit(DVector::zeros(2), factor, floors.collect()).unwrap();
-        let x = DVector::from_vec(vec![1.7, -0.5]);
-        let (value, slope) = surrogate.log_marginal(&x, None);
+        let surrogate = Surrogate::fit(floors.collect()).unwrap();
+        // x = 1.7.
+        let value = surrogate.log_marginal(&DVector::from_vec(vec![3.4, -0.5]));
         assert!((value + 1.7 * 1.7 + 0.125 + 0.34).abs() < 1e-3, "{value}");
-        assert!((slope - DVector::from_vec(vec![-3.4 - 0.2, 0.5])).amax() < 1e-3);
-        assert!((surrogate.x(&surrogate.s(&x)) - &x).amax() < 1e-15);
         let bytes = postcard::to_allocvec(&surrogate).unwrap();
         assert_eq!(postcard::from_bytes::<Surrogate>(&bytes).unwrap(), surrogate);
     }
@@ -301,16 +195,12 @@ mod tests {
             let (log_marginal, slope, metric) = value(x, y);
             known(vec![x, y], log_marginal, slope, metric)
         });
-        let surrogate = Surrogate::fit(DVector::zeros(2), DMatrix::identity(2, 2), floors.collect()).unwrap();
+        let surrogate = Surrogate::fit(floors.collect()).unwrap();
         for i in 0..8 {
             let angle = 0.25 * f64::from(i) - 0.9;
             let (x, y) = (1.01 * angle.sin(), 1.01 * angle.cos());
-            let at = |x: f64, y: f64| surrogate.log_marginal(&DVector::from_vec(vec![x, y]), None);
-            let (found, slope) = at(x, y);
+            let found = surrogate.log_marginal(&DVector::from_vec(vec![x, y]));
             assert!((found - value(x, y).0).abs() < 0.2, "{angle} {found} {}", value(x, y).0);
-            const STEP: f64 = 1e-5;
-            let difference = (at(x + STEP, y).0 - at(x - STEP, y).0) / (2.0 * STEP);
-            assert!((slope[0] - difference).abs() < 1e-5 * slope.norm(), "{} {difference}", slope[0]);
         }
     }
 
@@ -323,11 +213,11 @@ mod tests {
             let floor = known(vec![s], -0.5 * s * s - 80.0 * low, vec![-s], metric);
             KnownMaximum { stiff: floor.stiff.add_scalar(5.0 * low), ..floor }
         });
-        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors.collect()).unwrap();
+        let surrogate = Surrogate::fit(floors.collect()).unwrap();
         for s in [-1.3_f64, 0.0, 0.02, 0.9, 2.0] {
             let x = DVector::from_element(1, s);
-            let (value, slope) = surrogate.log_marginal(&x, None);
-            assert!((value + 0.5 * s * s).abs().max((slope[0] + s).abs()) < 1e-9, "{s}: {value} {slope}");
+            let value = surrogate.log_marginal(&x);
+            assert!((value + 0.5 * s * s).abs() < 1e-9, "{s}: {value}");
             let stiff = surrogate.stiff(&x);
             assert!(stiff.iter().all(|t| (t[0] - s.sin()).abs() < 0.05), "{s}: {stiff:?}");
         }
@@ -341,8 +231,8 @@ mod tests {
             (-10..=10).map(|i| 0.3 * f64::from(i)).map(|s| at(s, -0.5 * s * s, -s)).collect();
         floors.push(at(0.5, -10.0, 30.0));
         let value = |floors, s| {
-            let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors).unwrap();
-            surrogate.log_marginal(&DVector::from_element(1, s), None).0
+            let surrogate = Surrogate::fit(floors).unwrap();
+            surrogate.log_marginal(&DVector::from_element(1, s))
         };
         assert!((value(floors.clone(), 1.3) + 0.845).abs() < 1e-3, "{}", value(floors, 1.3));
         // Where nothing else is known, the promise stands.
@@ -356,16 +246,16 @@ mod tests {
             known(vec![0.0], 0.0, vec![0.0], DMatrix::from_element(1, 1, 1e4)),
             known(vec![3.0], 0.0, vec![0.0], DMatrix::identity(1, 1)),
         ];
-        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors).unwrap();
-        let (value, slope) = surrogate.log_marginal(&DVector::from_vec(vec![1.0]), None);
-        assert!(value > -2.0 - 3.0 && slope[0] > 0.0, "{value} {slope}");
+        let surrogate = Surrogate::fit(floors).unwrap();
+        let value = surrogate.log_marginal(&DVector::from_vec(vec![1.0]));
+        assert!(value > -2.0 - 3.0, "{value}");
     }
 
     #[test]
     fn the_floor_is_guessed_between_floors() {
         let floors =
             (-15..=15).map(|i| known(vec![0.4 * f64::from(i)], 0.0, vec![0.0], DMatrix::identity(1, 1)));
-        let surrogate = Surrogate::fit(DVector::zeros(1), DMatrix::identity(1, 1), floors.collect()).unwrap();
+        let surrogate = Surrogate::fit(floors.collect()).unwrap();
         assert!(
             (-10..10)
                 .map(|i| 0.4 * f64::from(i) + 0.2)
