@@ -24,7 +24,7 @@ pub(super) fn transition(
     start: &DVector<f64>,
     rng: &mut impl Rng,
 ) -> Moved {
-    const MOVES: usize = 100;
+    const MOVES: usize = 40;
     /// ln of the shortest b; how long a step may be differs from place to place, so that b has all sizes up to one.
     const SHORTEST: f64 = -4.0;
     let (mut s, mut x, mut log_density) = (start.clone(), map.x(start), surrogate.log_marginal(start));
