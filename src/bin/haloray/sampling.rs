@@ -9,7 +9,7 @@ use haloray::{Error, Result};
 
 #[derive(Clone, Copy, ValueEnum)]
 pub enum SamplerArg {
-    /// Hamiltonian Monte Carlo along the floor of the posterior's valley, the rest integrated over; the fastest.
+    /// Along the floor of the posterior's valley, in coordinates that straighten it; the rest is integrated over. The fastest.
     Valley,
     /// No-U-Turn sampler, its metric shaped by the Fisher matrix; on lenses of stars and halo hardly converges.
     Nuts,

@@ -1,5 +1,4 @@
-//! Where the chains have been, as a density to propose from: leaps along bent valleys, and between modes that no trajectory
-//! joins.
+//! Where the chains have been, as a density to propose from: leaps along bent valleys, and between modes that no step joins.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, RngExt};

@@ -122,7 +122,6 @@ impl TransportMap {
 /// before those in which a later one is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Monomials {
-    dimension: usize,
     /// The coordinates of each, the last first, and [`ONE`].
     factors: Vec<[usize; 3]>,
 }
@@ -141,7 +140,7 @@ impl Monomials {
                 factors.extend((0..=k).filter(|_| i < CUBIC).map(|l| [i, k, l]));
             }
         }
-        Self { dimension, factors }
+        Self { factors }
     }
 
     fn of_first(&self, j: usize) -> &[[usize; 3]] {
